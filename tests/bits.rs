@@ -29,7 +29,7 @@ fn checksums() -> String {
     let mut lines = String::new();
     for (name, settings) in RUNS {
         let settings: Vec<String> = settings.split_whitespace().map(str::to_owned).collect();
-        let experiment = Experiment::new(&RigFile::of_shipped("bilateral", &settings).unwrap()).unwrap();
+        let experiment = Experiment::new(&RigFile::from_shipped("bilateral", &settings).unwrap()).unwrap();
         let run = experiment.run(&AtomicBool::new(false), |_| ());
         assert!(run.outcome.ticks > 5000, "{name}: {:?}", run.outcome.faults);
         for (index, column) in run.recording.columns().iter().enumerate() {

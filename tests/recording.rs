@@ -17,8 +17,11 @@ use hil_sim::rig::Rig;
 use hil_sim::rig_file::RigFile;
 
 fn bilateral(settings: &[&str]) -> RigFile {
-    RigFile::of_shipped("bilateral", &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>())
-        .unwrap()
+    RigFile::from_shipped(
+        "bilateral",
+        &settings.iter().map(|&setting| setting.to_owned()).collect::<Vec<_>>(),
+    )
+    .unwrap()
 }
 
 fn run(settings: &[&str]) -> Recording {

@@ -19,10 +19,10 @@ use crate::receive_channels::ReceiveChannels;
 
 /// Maximum bytes per transfer of a link: a packet, with its tag if authenticated.
 #[cfg(not(feature = "auth"))]
-pub const MAX_CARRIED_BYTES: usize = MAX_PACKET_BYTES;
+pub const MAX_PAYLOAD_BYTES: usize = MAX_PACKET_BYTES;
 /// Maximum bytes per transfer of a link: a packet, with its tag if authenticated.
 #[cfg(feature = "auth")]
-pub const MAX_CARRIED_BYTES: usize = MAX_PACKET_BYTES + Profile::Full.overhead();
+pub const MAX_PAYLOAD_BYTES: usize = MAX_PACKET_BYTES + Profile::Full.overhead();
 
 /// A board and its device.
 ///
@@ -219,7 +219,7 @@ pub trait LinkIn: Send + 'static {
     fn receive(
         &mut self,
         listening: &ReceiveChannels,
-        packet: &mut [u8; MAX_CARRIED_BYTES],
+        packet: &mut [u8; MAX_PAYLOAD_BYTES],
     ) -> impl Future<Output = (usize, usize)>;
 }
 

@@ -37,7 +37,7 @@ pub mod three_phase;
 
 #[cfg(target_os = "none")]
 pub use board::{
-    Axes, Board, CommandPort, Idle, Joints, Limits, LinkIn, LinkOut, MAX_CARRIED_BYTES, Parts, Storage,
+    Axes, Board, CommandPort, Idle, Joints, Limits, LinkIn, LinkOut, MAX_PAYLOAD_BYTES, Parts, Storage,
     is_driven,
 };
 #[cfg(target_os = "none")]

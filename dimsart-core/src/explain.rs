@@ -127,7 +127,7 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                     UnitRelation::SameType => "the unit, format and shape of the first",
                 };
                 write!(f, ", but the second must have {expected}: ")?;
-                write!(f, "bind one of them to a compatible signal (PORT_... command)")
+                write!(f, "bind one of these ports to a compatible signal (PORT_... command)")
             }
             Finding::SlowWriter { signal, writer, every_ticks } => {
                 let (writer, signal) = (known.module_name(writer), known.signal_name(signal));

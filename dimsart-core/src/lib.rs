@@ -159,7 +159,7 @@ pub use signal::word::{Format, Scalar, Word};
 pub use signal::words::Words;
 pub use signal::{types, words};
 pub use vocabulary::description::{
-    Accepted, DataTypeText, MAX_CHOICES, ParameterText, PortText, TooManyChoices,
+    Accepted, DataTypeText, MAX_CHOICES, ParameterText, PortDescription, TooManyChoices,
 };
 pub use vocabulary::names::Name;
 pub use vocabulary::{AxisUnit, Vocabulary, names};

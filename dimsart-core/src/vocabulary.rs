@@ -3,7 +3,7 @@
 pub(crate) mod description;
 pub mod names;
 
-pub(crate) use description::{Accepted, DataTypeText, ParameterText, PortText};
+pub(crate) use description::{Accepted, DataTypeText, ParameterText, PortDescription};
 pub(crate) use names::Name;
 
 use core::fmt;
@@ -36,7 +36,7 @@ pub trait Vocabulary {
     fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>>;
 
     /// Returns port `index` of a module with its current parameters; none after the last one.
-    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>>;
+    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortDescription<'_>>;
 
     /// Returns the data type at `index` of the list: the standard types, then the device's own; none after
     /// the last one.
@@ -58,7 +58,7 @@ pub trait Vocabulary {
     }
 
     /// Returns the ports of a module.
-    fn port_texts(&self, module: ModuleRef) -> impl Iterator<Item = PortText<'_>> {
+    fn port_texts(&self, module: ModuleRef) -> impl Iterator<Item = PortDescription<'_>> {
         (0..=u8::MAX).map_while(move |index| self.port_text(module, index))
     }
 

@@ -26,7 +26,7 @@ use dimsart_core::{Context, Input, Module, Output, Unit, math, types, words};
 words! {
     /// Parameters of one axis.
     pub parameters Gains {
-        /// Motion of the reference per motion of the input.
+        /// Scale: motion of the reference per motion of the input.
         scale: f32 = per_axis("SCALE", Unit::One, -1e3..=1e3, 1.0),
     }
     /// State of one axis.

@@ -30,7 +30,7 @@ use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Un
 
 choice! {
     /// Detection of the stop.
-    pub enum StopBy { Force = "FORCE", Condition = "CONDITION" }
+    pub enum StopDetection { Force = "FORCE", Condition = "CONDITION" }
 }
 
 const SEARCHES: u16 = 0;
@@ -42,7 +42,7 @@ words! {
     /// Parameters common to all axes.
     pub parameters Settings {
         /// Detect the stop by force or by a condition (switch).
-        stop_by: StopBy = structural_choice("STOP_BY"),
+        stop_by: StopDetection = structural_choice("STOP_BY"),
         /// Time for which the stop must be detected.
         stall_time_s: f32 = real("STALL_TIME", Unit::Second, 0.0..=10.0, 0.05),
         period_s: f32,
@@ -93,8 +93,8 @@ impl Module for Homing {
         Ports {
             position: declare.input("POSITION", types::POSITION),
             sign: match settings.stop_by {
-                StopBy::Force => declare.input("FORCE", types::MEASURED_TORQUE),
-                StopBy::Condition => declare.input("CONDITION", types::CONDITION),
+                StopDetection::Force => declare.input("FORCE", types::MEASURED_TORQUE),
+                StopDetection::Condition => declare.input("CONDITION", types::CONDITION),
             },
             desired_position: declare.output("DES_POSITION", types::DES_POSITION),
             homed: declare.default_signal(homed).output("HOMED_POSITION", types::POSITION),
@@ -117,8 +117,8 @@ impl Module for Homing {
         let Settings { stop_by, stall_time_s, period_s } = context.settings();
         context.map_axes([position, sign], [desired_position, homed, state], |gains, axis, [x, sign]| {
             let is_there = match stop_by {
-                StopBy::Force => sign.abs() > gains.stall_force,
-                StopBy::Condition => sign > 0.5,
+                StopDetection::Force => sign.abs() > gains.stall_force,
+                StopDetection::Condition => sign > 0.5,
             };
             axis.stalled_s = if is_there { axis.stalled_s + period_s } else { 0.0 };
             match axis.state {

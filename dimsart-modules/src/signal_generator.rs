@@ -9,13 +9,13 @@ use dimsart_core::{Context, DeviceDescriptor, Module, Output, Parameters, Unit, 
 
 choice! {
     /// Waveform of the signal.
-    pub enum Form { Constant = "CONSTANT", Step = "STEP", Sine = "SINE", Square = "SQUARE", Triangle = "TRIANGLE" }
+    pub enum Waveform { Constant = "CONSTANT", Step = "STEP", Sine = "SINE", Square = "SQUARE", Triangle = "TRIANGLE" }
 }
 
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
-        form: Form,
+        form: Waveform,
         frequency_hz: f32,
         /// Periods per tick, without whole periods.
         periods_per_tick: f32,
@@ -66,17 +66,17 @@ impl Module for SignalGenerator {
         let State { mut periods, ticks } = context.state();
         let p = periods.value();
         let shape = match form {
-            Form::Constant => 1.0,
-            Form::Step => f32::from(u8::from(ticks >= step_ticks)),
-            Form::Sine => math::sin(core::f32::consts::TAU * p),
-            Form::Square => {
+            Waveform::Constant => 1.0,
+            Waveform::Step => f32::from(u8::from(ticks >= step_ticks)),
+            Waveform::Sine => math::sin(core::f32::consts::TAU * p),
+            Waveform::Square => {
                 if p < 0.5 {
                     1.0
                 } else {
                     -1.0
                 }
             }
-            Form::Triangle => {
+            Waveform::Triangle => {
                 let rising = 4.0 * p;
                 if p < 0.25 {
                     rising

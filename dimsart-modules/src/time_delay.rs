@@ -11,7 +11,7 @@ use dimsart_core::{
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
-        /// Delay; its samples occupy the Data Base.
+        /// Delay. The module stores one sample per tick of delay.
         delay_ticks: u32 = structural_count("TD_PARAM", Unit::Tick, 0..=60_000, 0),
     }
     /// State common to all axes.

@@ -7,7 +7,7 @@ use std::error::Error;
 use dimsart_core::{Command, ModuleRef, TypeRef, Value, types};
 use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_modules::ALL;
-use hil_sim::emulated::{Image, share_one_processor};
+use hil_sim::emulated::{Image, pin_to_one_processor};
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::Rig;
 use hil_sim::rig_file::RigFile;
@@ -23,7 +23,7 @@ const TICKS_UNTIL_MOTION: u32 = 2_000;
 const CLIENT: u8 = 1;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    share_one_processor();
+    pin_to_one_processor();
     let columns = BESIDE.map(measure);
     let columns = columns.into_iter().collect::<Result<Vec<_>, _>>()?;
     let heads: Vec<_> = BESIDE.iter().map(|beside| format!("{} modules", MODULES + beside)).collect();
@@ -43,7 +43,7 @@ fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
     let module = |name| ALL.module(name).ok_or("no such module");
     let [p, pd] = [module("PCTRL_MOD")?, module("PDCTRL_MOD")?];
     let [pid, delay, sum] = [module("PIDCTRL_MOD")?, module("TIMEDELAY_MOD")?, module("SUM_MOD")?];
-    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &[])?)?;
+    let mut experiment = Experiment::new(&RigFile::from_shipped("bilateral", &[])?)?;
     let station = experiment.rig_mut().stations_mut().first_mut().ok_or("no station")?;
     let position = |number| TypeRef { number, ..types::POSITION.first() };
     for number in 1..=2 {

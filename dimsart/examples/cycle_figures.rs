@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         parts(&figures(&firmware, side)?);
     }
     let scheme = |dof: usize| {
-        let rig = RigFile::of_shipped("bilateral", &[format!("dof={dof}")])?;
+        let rig = RigFile::from_shipped("bilateral", &[format!("dof={dof}")])?;
         let mut experiment = Experiment::new(&rig)?;
         let master = experiment.rig_mut().stations_mut().first_mut().ok_or("no master")?;
         steady(&firmware, &mut master.dimsart)
@@ -52,7 +52,7 @@ fn steady(firmware: &Firmware, dimsart: &mut SimulatedDimsart) -> Result<Steady,
 
 fn figures(firmware: &Firmware, side: &'static str) -> Result<Figures, Box<dyn Error>> {
     let rig =
-        RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
+        RigFile::from_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
     let setup = Setup {
         firmware,
         rig: &rig,

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request};
-use hil_sim::emulated::{Image, share_one_processor};
+use hil_sim::emulated::{Image, pin_to_one_processor};
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::{RemoteController, Rig};
 use hil_sim::rig_file::RigFile;
@@ -19,7 +19,7 @@ const FLOOD_BYTES: usize = 1_152;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let ticks = std::env::args().nth(1).map_or(Ok(TICKS), |ticks| ticks.parse())?;
-    share_one_processor();
+    pin_to_one_processor();
     let mut buffer = [0; MAX_FRAME_BYTES];
     let request = encode_request(&Request::Status, 1, &mut buffer)?.to_vec();
     let flood = request.repeat(FLOOD_BYTES.div_ceil(request.len()));
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// With `bytes` on the command line in every tick.
 fn measure(ticks: u32, bytes: &[u8]) -> Result<String, Box<dyn Error>> {
-    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &[])?)?;
+    let mut experiment = Experiment::new(&RigFile::from_shipped("bilateral", &[])?)?;
     experiment.emulate("master", &Image::find(None)?, None)?;
     let rig = experiment.rig_mut();
     let (mut min, mut max, mut sum) = (u32::MAX, 0, 0_u64);

@@ -48,7 +48,7 @@ fn rows(folder: &Path, board: &str, side: &'static str) -> Result<String, String
 
 fn figures(image: &Path, board: &str, side: &'static str) -> Result<Figures, Box<dyn Error>> {
     let firmware = Firmware::find(Some(image), Some(board))?;
-    let rig = RigFile::of_shipped("bilateral", &SETTINGS.map(str::to_owned))?;
+    let rig = RigFile::from_shipped("bilateral", &SETTINGS.map(str::to_owned))?;
     let setup = Setup {
         firmware: &firmware,
         rig: &rig,

@@ -70,7 +70,7 @@ impl Change {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1);
-    let file = RigFile::of_shipped("bilateral", &[])?;
+    let file = RigFile::from_shipped("bilateral", &[])?;
     let moments = moments(&file)?;
     println!(
         "| Maximum step of the slave's force in a tick, N | before | {} |",

@@ -58,7 +58,7 @@ pub use motor::MotorState;
 pub use presence::Presence;
 pub use recorder::{Recorded, RecordedRow};
 pub use scheme::Sent;
-pub use show::{InstanceReport, KindReport, Overview, ParameterReport, PortReport, StatusReport};
+pub use show::{InstanceReport, ModuleKindReport, Overview, ParameterReport, PortReport, StatusReport};
 pub use signals::SignalReport;
 pub(crate) use tap::value_of;
 pub use tap::{Tap, TapRow, TapSignal};

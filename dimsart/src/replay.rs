@@ -38,7 +38,7 @@ const PROGRESS_MESSAGES: u64 = 4096;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Replay {
     /// Controllers whose inputs are in the file, by name.
-    pub controllers: Vec<Replayed>,
+    pub controllers: Vec<ReplayOutcome>,
     /// Whether the recording is incomplete, for example of a killed run.
     pub is_cut: bool,
     /// Time from its first to its last tick, `s`.
@@ -47,12 +47,12 @@ pub struct Replay {
 
 /// Result of one controller.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Replayed {
+pub struct ReplayOutcome {
     /// Name.
     pub name: String,
-    /// Replayed ticks.
+    /// ReplayOutcome ticks.
     pub ticks: u64,
-    /// Replayed commands.
+    /// ReplayOutcome commands.
     pub commands: u64,
     /// Compared words.
     pub words: u64,

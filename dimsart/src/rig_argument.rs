@@ -16,7 +16,7 @@ pub fn read(path: Option<&Path>, sets: &[String], kinds: ModuleKinds) -> Result<
 }
 
 fn read_file(path: Option<&Path>, sets: &[String]) -> Result<RigFile, RigFileError> {
-    let Some(path) = path else { return RigFile::of_shipped(USUAL, sets) };
+    let Some(path) = path else { return RigFile::from_shipped(USUAL, sets) };
     let shipped = path.to_str().and_then(RigFile::shipped).filter(|_| !path.exists());
     if let Some(text) = shipped {
         return RigFile::read(text, &path.display().to_string(), PathBuf::new(), sets);

@@ -38,7 +38,7 @@ pub enum StampError {
         source: io::Error,
     },
     /// The stamp is missing or has another layout.
-    #[error("{} has no stamp of this version: rebuild it from the sources of this command", path.display())]
+    #[error("{} contains no stamp of this version: rebuild the image from the sources of this command", path.display())]
     NoStamp {
         /// The file.
         path: PathBuf,
@@ -84,7 +84,7 @@ impl StampedImage {
     }
 
     /// Returns the image without its stamp: the input of the costs.
-    pub fn linked(&self) -> [&[u8]; 2] {
+    pub fn without_stamp(&self) -> [&[u8]; 2] {
         [0..self.at.start, self.at.end..self.bytes.len()]
             .map(|range| self.bytes.get(range).unwrap_or_default())
     }
@@ -257,7 +257,7 @@ mod tests {
         assert!(matches!(StampedImage::read(&path), Err(StampError::File { .. })));
         fs::write(&path, "DIMSTAMP, but no ELF").unwrap();
         let message = StampedImage::read(&path).unwrap_err().to_string();
-        assert!(message.contains("has no stamp of this version"), "{message}");
+        assert!(message.contains("contains no stamp of this version"), "{message}");
     }
 
     #[test]

@@ -370,7 +370,7 @@ fn the_printed_keys_are_a_rig_file() {
     // A path in a file is relative to its folder.
     assert_eq!(printed.folder, folder.path());
     printed.folder = PathBuf::new();
-    assert_eq!(printed, RigFile::of_shipped("bilateral", &[]).unwrap());
+    assert_eq!(printed, RigFile::from_shipped("bilateral", &[]).unwrap());
 }
 
 #[test]

@@ -165,7 +165,7 @@ fn rig(name: &str, sets: &[&str]) -> Value {
 
 #[test]
 fn every_key_of_the_bilateral_scenario_keeps_its_name() {
-    let file = RigFile::of_shipped("bilateral", &[]).unwrap();
+    let file = RigFile::from_shipped("bilateral", &[]).unwrap();
     let text = RigFile::shipped("bilateral").unwrap();
     let of_file =
         |key: &&&str| key.split('.').next_back().is_some_and(|last| text.contains(&format!("{last} = ")));
@@ -183,7 +183,7 @@ fn old_names_of_keys_are_accepted_with_a_warning() {
         ("device.slave.axis.0.wall.damping=2", "device.slave.axis.0.wall.damping=2"),
     ] {
         let [old_file, new_file] =
-            [old, new].map(|set| RigFile::of_shipped("bilateral", &[set.to_owned()]).unwrap());
+            [old, new].map(|set| RigFile::from_shipped("bilateral", &[set.to_owned()]).unwrap());
         assert_eq!(old_file.renamed_keys.len(), usize::from(old != new), "{old}");
         assert_eq!(RigFile { renamed_keys: Vec::new(), ..old_file }, new_file, "{old}");
     }
@@ -199,7 +199,8 @@ fn old_names_of_keys_are_accepted_with_a_warning() {
 #[test]
 fn every_figure_of_a_scenario_keeps_its_name() {
     let outcome =
-        serde_json::to_value(run(&RigFile::of_shipped("bilateral", &[]).unwrap()).unwrap().outcome).unwrap();
+        serde_json::to_value(run(&RigFile::from_shipped("bilateral", &[]).unwrap()).unwrap().outcome)
+            .unwrap();
     has(&outcome, OF_BOTH);
     has(&outcome, OF_SCENARIO);
     has(&outcome["axes"][0], &["axis", "k_perceived_n_per_m", "k_predicted_n_per_m"]);

@@ -140,7 +140,7 @@ fn a_rig_that_has_left_its_range_is_put_back_and_motion_ends() {
     let deadline = Instant::now() + TEST_TIMEOUT;
     device.hold_lease().unwrap();
     // The withdrawal of the lease is detected.
-    while device.state().is_ok() && device.renew_in_time().is_ok() {
+    while device.state().is_ok() && device.renew_if_due().is_ok() {
         assert!(Instant::now() < deadline, "the joint never left its range");
     }
     wait_for(&mut device, "no client holds the lease");
@@ -243,7 +243,7 @@ fn rows_of_every_tenth_tick_are_whole() {
     assert!(rows.windows(2).all(|pair| pair[1].tick == pair[0].tick + 10));
     assert!(rows.iter().flat_map(|row| &row.values).all(|value| value.is_finite()));
     // Streams that it no longer needs are free for another client immediately.
-    device.end_tap(&mut tap).unwrap();
+    device.close_telemetry(&mut tap).unwrap();
 }
 
 /// A signal steps in one tick, at a time unknown to the client.

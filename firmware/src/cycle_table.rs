@@ -113,7 +113,7 @@ fn measure_cycles() -> u32 {
 
 /// Counts the instructions of all sequences; returns how many differ.
 fn count_instructions() -> u32 {
-    defmt::println!("the cycle counter does not count: emulator, counting instructions instead of cycles");
+    defmt::println!("the cycle counter is stopped, as in an emulator: instructions are counted instead");
     let clock: Clock = || SYSTICK_MASK - SYST::get_current();
     let empty = total(clock, SYSTICK_MASK, cycle_empty);
     let ticks = |code| total(clock, SYSTICK_MASK, code).wrapping_sub(empty) & SYSTICK_MASK;

@@ -112,7 +112,10 @@ fn main() -> ! {
         TICKS,
         planner_ticks
     );
-    defmt::println!("{=u32} ticks interrupted a transfer: all words complete and in order", interrupted);
+    defmt::println!(
+        "{=u32} transfers were interrupted by a tick; all words arrived complete and in order",
+        interrupted
+    );
     defmt::println!("planner stopped: commands late after {=u32} ticks", late_after);
     must("many ticks interrupt transfers", interrupted > TICKS / 100);
     // One less if a tick interrupted the last transfer.

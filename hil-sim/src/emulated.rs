@@ -29,7 +29,7 @@ pub use board::Board;
 pub use emulator::end_all;
 pub use error::EmulatedError;
 pub use image::{Image, built};
-pub use processor::share_one_processor;
+pub use processor::pin_to_one_processor;
 pub use wire::BoardKey;
 
 /// The emulated board, by the name of its image.

@@ -48,7 +48,7 @@
 //! use hil_sim::experiment;
 //! use hil_sim::rig_file::RigFile;
 //!
-//! let run = experiment::run(&RigFile::of_shipped("bilateral", &["duration_s=0.5".to_owned()])?)?;
+//! let run = experiment::run(&RigFile::from_shipped("bilateral", &["duration_s=0.5".to_owned()])?)?;
 //! assert!(run.outcome.stable && run.outcome.ticks == 500);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

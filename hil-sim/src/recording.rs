@@ -107,7 +107,7 @@ impl Recording {
 
     /// Whether rows represent several ticks.
     #[must_use]
-    pub fn is_thinned(&self) -> bool {
+    pub fn is_decimated(&self) -> bool {
         self.every > 1
     }
 

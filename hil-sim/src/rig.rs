@@ -112,7 +112,7 @@ impl Station {
     }
 
     /// Sets the ticks of the rig per tick of its controller; commands are held in between. 0 counts as 1.
-    pub fn step_every(&mut self, ticks: u32) {
+    pub fn set_ticks_per_step(&mut self, ticks: u32) {
         self.every_ticks = u64::from(ticks.max(1));
     }
 
@@ -406,10 +406,10 @@ impl Rig {
     }
 
     /// Completes the handshake of two stations' guards before the first tick. No effect without guards.
-    pub fn introduce(&mut self, left: usize, right: usize) {
+    pub fn complete_handshake(&mut self, left: usize, right: usize) {
         let Ok([left, right]) = self.stations.get_disjoint_mut([left, right]) else { return };
         if let (Some(left), Some(right)) = (&mut left.guarded, &mut right.guarded) {
-            guarded::introduce(&mut left.guard, &mut right.guard);
+            guarded::complete_handshake(&mut left.guard, &mut right.guard);
         }
     }
 

@@ -201,7 +201,7 @@ impl RigFile {
     ///
     /// # Errors
     /// As [`load`](Self::load), or an unknown name.
-    pub fn of_shipped(name: &str, sets: &[String]) -> Result<Self, RigFileError> {
+    pub fn from_shipped(name: &str, sets: &[String]) -> Result<Self, RigFileError> {
         let near = || suggestion(name, &SHIPPED.map(|(name, _)| name.to_owned()));
         let text = Self::shipped(name)
             .ok_or_else(|| RigFileError::UnknownRig { name: name.to_owned(), near: near() })?;

@@ -8,7 +8,7 @@ use hil_sim::rig_file::RigFile;
 
 fn run(settings: &[&str]) -> Run {
     let settings: Vec<String> = settings.iter().map(ToString::to_string).collect();
-    let scenario = RigFile::of_shipped("bilateral", &settings).unwrap();
+    let scenario = RigFile::from_shipped("bilateral", &settings).unwrap();
     let run = Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| {});
     assert!(run.outcome.stable, "{:?}", run.outcome.faults);
     run

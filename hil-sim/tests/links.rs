@@ -39,7 +39,7 @@ fn used_lost_superseded_and_refused_packets_add_up_to_the_signals_and_to_all_tha
         "link.reordering=0.05",
         "record.signals=['master', 'slave']",
     ];
-    let scenario = RigFile::of_shipped("bilateral", &settings.map(str::to_owned)).expect("sound settings");
+    let scenario = RigFile::from_shipped("bilateral", &settings.map(str::to_owned)).expect("sound settings");
     let run = Experiment::new(&scenario).expect("sound").run(&AtomicBool::new(false), |_| ());
     let outcome = &run.outcome;
     for received in &outcome.received {

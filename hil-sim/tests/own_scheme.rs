@@ -43,7 +43,7 @@ fn run(scheme: &str, settings: &[&str]) -> Result<Outcome, String> {
     ];
     let settings: Vec<String> =
         own.into_iter().chain(settings.iter().map(|text| (*text).to_owned())).collect();
-    let scenario = RigFile::of_shipped("bilateral", &settings).unwrap();
+    let scenario = RigFile::from_shipped("bilateral", &settings).unwrap();
     let experiment = Experiment::new(&scenario).map_err(|error| error.to_string())?;
     let expected_ticks = round_trip_ticks(&scenario).unwrap();
     let outcome = experiment.run(&AtomicBool::new(false), |_| {}).outcome;
@@ -159,7 +159,7 @@ fn packets_that_a_scheme_does_not_listen_for_are_named() {
     let settings: Vec<String> =
         ["slave.scheme=builtin:position_position", "duration_s=0.2"].map(str::to_owned).to_vec();
     let faults = |settings: &[String]| {
-        let experiment = Experiment::new(&RigFile::of_shipped("bilateral", settings).unwrap()).unwrap();
+        let experiment = Experiment::new(&RigFile::from_shipped("bilateral", settings).unwrap()).unwrap();
         experiment.run(&AtomicBool::new(false), |_| {}).outcome.faults
     };
     let [master, slave] = &*faults(&settings) else { panic!("{:?}", faults(&settings)) };

@@ -548,7 +548,7 @@ fn the_telerobot_takes_the_keys_of_the_bilateral_scenario() {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         RigFile::read(text, "telerobot", PathBuf::new(), &sets)
     };
-    let usual = RigFile::of_shipped("bilateral", &[]).unwrap();
+    let usual = RigFile::from_shipped("bilateral", &[]).unwrap();
     for parameter in read(&[]).unwrap().parameters {
         let is_own = ["scheme", "link.delay_ticks"].contains(&parameter.name.as_str());
         assert!(is_own || usual.parameter(&parameter.name).is_some(), "{}", parameter.name);

@@ -9,7 +9,7 @@ use proptest::prelude::{ProptestConfig, any, prop_assert, prop_assert_eq, propte
 
 fn with(sets: &[&str]) -> Result<RigFile, RigFileError> {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
-    RigFile::of_shipped("bilateral", &sets)
+    RigFile::from_shipped("bilateral", &sets)
 }
 
 fn refused(argument: &str) -> String {
@@ -105,14 +105,14 @@ fn a_parameter_sets_all_of_its_keys() {
 #[test]
 fn every_parameter_of_a_shipped_rig_has_a_meaning_and_takes_what_stands_there() {
     for (name, text) in SHIPPED {
-        let file = RigFile::of_shipped(name, &[]).unwrap();
+        let file = RigFile::from_shipped(name, &[]).unwrap();
         // As of a file of somebody's own, whose parameters are checked.
         RigFile::read(&format!("{text}\n"), name, PathBuf::new(), &[]).unwrap();
         for parameter in &file.parameters {
             assert!(!parameter.meaning.is_empty(), "{name}: {}", parameter.name);
             let (default, _) = RigFile::shipped_setting(name, &parameter.name).unwrap();
             if let Some(default) = default {
-                RigFile::of_shipped(name, &[format!("{}={default}", parameter.name)]).unwrap();
+                RigFile::from_shipped(name, &[format!("{}={default}", parameter.name)]).unwrap();
             }
         }
     }

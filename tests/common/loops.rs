@@ -22,7 +22,7 @@ pub(crate) const SLAVE: usize = 1;
 /// The shipped experiment with one axis and `settings`, such as `wave.form=split link.loss=0.1`.
 pub(crate) fn bilateral(settings: &str) -> RigFile {
     let settings = ["dof=1"].into_iter().chain(settings.split_whitespace());
-    RigFile::of_shipped("bilateral", &settings.map(str::to_owned).collect::<Vec<_>>()).unwrap()
+    RigFile::from_shipped("bilateral", &settings.map(str::to_owned).collect::<Vec<_>>()).unwrap()
 }
 
 /// The rig of [`bilateral`] with these axes.

@@ -55,7 +55,7 @@ impl Side {
     }
 
     fn new(station: usize, period_ns: u64, axes: [(Joint, Option<Push>); DOF]) -> Self {
-        let file = RigFile::of_shipped("bilateral", &SETTINGS.map(str::to_owned)).unwrap();
+        let file = RigFile::from_shipped("bilateral", &SETTINGS.map(str::to_owned)).unwrap();
         let mut experiment = Experiment::new(&file).unwrap();
         let station = &mut experiment.rig_mut().stations_mut()[station];
         let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::unconnected()));

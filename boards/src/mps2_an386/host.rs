@@ -13,7 +13,7 @@ use semihosting::process::exit;
 use static_cell::ConstStaticCell;
 
 use super::{Mps2An386, SharedWords, clock, uart};
-use crate::board::{Axes, Board, Idle, LinkIn, LinkOut, MAX_CARRIED_BYTES};
+use crate::board::{Axes, Board, Idle, LinkIn, LinkOut, MAX_PAYLOAD_BYTES};
 use crate::handover::{Handover, QueueReceiver, QueueSender};
 use crate::receive_channels::ReceiveChannels;
 use dimsart_link::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
@@ -44,7 +44,7 @@ const EXIT_NO_HOST: i32 = 2;
 const EXIT_BAD_FRAME: i32 = 3;
 
 /// A link's number and a packet's bytes.
-type Numbered = (usize, Vec<u8, MAX_CARRIED_BYTES>);
+type Numbered = (usize, Vec<u8, MAX_PAYLOAD_BYTES>);
 type Packets = Handover<Numbered, 5>;
 
 /// Packets received from the host.
@@ -53,7 +53,7 @@ pub struct HostReceiver(QueueReceiver<Numbered>);
 pub struct HostSender(QueueSender<Numbered>);
 
 impl LinkIn for HostReceiver {
-    async fn receive(&mut self, _: &ReceiveChannels, packet: &mut [u8; MAX_CARRIED_BYTES]) -> (usize, usize) {
+    async fn receive(&mut self, _: &ReceiveChannels, packet: &mut [u8; MAX_PAYLOAD_BYTES]) -> (usize, usize) {
         self.0.ready().await;
         let copied = self.0.receive_in_place(|(link, bytes)| {
             let bytes = bytes.as_slice();

@@ -33,7 +33,7 @@ use self::classic as kind;
 #[cfg(not(feature = "classic-can"))]
 use self::fd as kind;
 use crate::CLOCK_HZ;
-use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
+use crate::board::{LinkIn, LinkOut, MAX_PAYLOAD_BYTES};
 use crate::bus_off::{BusOff, Step};
 use crate::pending_frames::PendingFrames;
 use crate::receive_channels::ReceiveChannels;
@@ -146,7 +146,7 @@ impl LinkIn for CanReceiver {
     async fn receive(
         &mut self,
         listening: &ReceiveChannels,
-        content: &mut [u8; MAX_CARRIED_BYTES],
+        content: &mut [u8; MAX_PAYLOAD_BYTES],
     ) -> (usize, usize) {
         loop {
             // Cancel-safe: all state is in `self`.

@@ -6,7 +6,7 @@ use dimsart_link::carrier::stream::{self, StreamReceiver};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 
-use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
+use crate::board::{LinkIn, LinkOut, MAX_PAYLOAD_BYTES};
 use crate::receive_channels::ReceiveChannels;
 
 /// Receives contents over a UART.
@@ -39,7 +39,7 @@ impl LinkIn for UartReceiver {
     async fn receive(
         &mut self,
         _: &ReceiveChannels,
-        content: &mut [u8; MAX_CARRIED_BYTES],
+        content: &mut [u8; MAX_PAYLOAD_BYTES],
     ) -> (usize, usize) {
         loop {
             for index in self.waiting.by_ref() {

@@ -4,7 +4,7 @@ use super::Engine;
 use crate::device::DeviceDescriptor;
 use crate::module::{KindId, ModuleRef};
 use crate::signal::{AxisKind, DataType, types};
-use crate::vocabulary::{DataTypeText, ParameterText, PortText, Vocabulary};
+use crate::vocabulary::{DataTypeText, ParameterText, PortDescription, Vocabulary};
 
 impl Vocabulary for Engine {
     fn device_name(&self) -> &str {
@@ -27,7 +27,7 @@ impl Vocabulary for Engine {
         self.kinds().describe_parameter(kind, index)?.try_into().ok()
     }
 
-    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>> {
+    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortDescription<'_>> {
         self.describe_port(module, index)
     }
 
@@ -39,12 +39,12 @@ impl Vocabulary for Engine {
 impl Engine {
     /// Describes a port like [`Vocabulary::port_text`], with texts of the image.
     #[must_use]
-    pub fn describe_port(&self, module: ModuleRef, index: u8) -> Option<PortText<'static>> {
+    pub fn describe_port(&self, module: ModuleRef, index: u8) -> Option<PortDescription<'static>> {
         let spec = self.port(module, index)?;
         let default = spec.data_type.map(|(_, signal)| signal);
         let bound = default.map(|default| self.binding(module, spec.name).unwrap_or(default));
         let is_delayed = spec.is_delayed;
-        Some(PortText {
+        Some(PortDescription {
             name: spec.name,
             direction: spec.direction,
             stage: spec.stage,

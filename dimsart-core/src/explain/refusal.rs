@@ -9,7 +9,7 @@ use crate::module::{KindId, ModuleRef};
 use crate::parameter::ParameterError;
 use crate::scheme::CommandError;
 use crate::signal::AxisKind;
-use crate::vocabulary::{DataTypeText, ParameterText, PortText, Vocabulary};
+use crate::vocabulary::{DataTypeText, ParameterText, PortDescription, Vocabulary};
 
 /// A module's name, if names are known.
 struct Named<'a, V: ?Sized>(Option<&'a V>, ModuleRef);
@@ -165,7 +165,10 @@ fn parameter<V: Vocabulary + ?Sized>(
             write!(f, "no such axis: the device has {}, counted from 0", known.axes().len())
         }
         (ParameterError::NoSuchEntry, None) => {
-            write!(f, "no such entry: entries count from 0; some parameters have one value for all axes")
+            write!(
+                f,
+                "index out of range: indices start at 0, and some parameters have one value for all axes"
+            )
         }
         (ParameterError::WhilePluggedIn, _) => {
             write!(
@@ -206,7 +209,7 @@ impl Vocabulary for Unnamed {
         match *self {}
     }
 
-    fn port_text(&self, _: ModuleRef, _: u8) -> Option<PortText<'_>> {
+    fn port_text(&self, _: ModuleRef, _: u8) -> Option<PortDescription<'_>> {
         match *self {}
     }
 

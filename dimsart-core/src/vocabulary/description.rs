@@ -85,7 +85,7 @@ impl TryFrom<Parameter> for ParameterText<'static> {
 
 /// A port of a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct PortText<'a> {
+pub struct PortDescription<'a> {
     /// Name in schemes, after `PORT_`.
     pub name: &'a str,
     /// Reads, writes or holds memory.

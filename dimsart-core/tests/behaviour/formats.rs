@@ -341,7 +341,7 @@ fn a_delay_says_what_it_wants_and_is_not_bound_anew_while_it_is_plugged_in() {
         bench.findings(),
         [
             "TIMEDELAY_MOD has SIGNAL_IN bound to I32_SQUARE and SIGNAL_OUT bound to I32_VECTOR.2, but the second must \
-          have the unit, format and shape of the first: bind one of them to a compatible signal (PORT_... command)"
+          have the unit, format and shape of the first: bind one of these ports to a compatible signal (PORT_... command)"
         ]
     );
     let module = ALL.module("TIMEDELAY_MOD").unwrap();

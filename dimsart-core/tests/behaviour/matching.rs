@@ -221,7 +221,7 @@ fn a_sum_of_different_units_is_a_fault() {
     let fault = |first: &str, second: &str| {
         format!(
             "SUM_MOD has {first} and {second}, but the second must have the unit of the first: \
-             bind one of them to a compatible signal (PORT_... command)"
+             bind one of these ports to a compatible signal (PORT_... command)"
         )
     };
     assert_eq!(sum("FORCE", "LINE_FORCE", "DES_FORCE.2"), [""; 0]);

@@ -17,8 +17,8 @@ mod served;
 use crate::common::module_at;
 use dimsart_core::{
     Accepted, Accepts, AxisKind, Command, CommandError, DataTypeText, Endpoint, EngineCommand, Finding,
-    Format, FrameError, ModuleRef, ParameterError, ParameterText, PortText, TickResult, Timing, TypeRef,
-    Unit, Value, scheme, types,
+    Format, FrameError, ModuleRef, ParameterError, ParameterText, PortDescription, TickResult, Timing,
+    TypeRef, Unit, Value, scheme, types,
 };
 use dimsart_link::protocol::{
     Effect, MAX_SIGNAL_WORDS, NotCommandedReason, PROTOCOL_VERSION, Refusal, Request, Response, SchemeAction,
@@ -99,7 +99,8 @@ fn ports_are_described_with_what_they_are_bound_to() {
             let default = spec.data_type.map(|(_, signal)| signal);
             let bound = engine.binding(module, spec.name).or(default);
             let (name, direction, stage) = (spec.name, spec.direction, spec.stage);
-            let expected = PortText { name, direction, stage, is_delayed: spec.is_delayed, default, bound };
+            let expected =
+                PortDescription { name, direction, stage, is_delayed: spec.is_delayed, default, bound };
             assert_eq!(unwrap!(Port, found), expected);
         }
     }

@@ -69,7 +69,7 @@ impl core::fmt::Display for Refusal {
             Self::Lease { holder } => {
                 write!(
                     f,
-                    "client {holder} holds the lease, so other clients cannot change anything: \
+                    "client {holder} holds the lease; other clients cannot change the scheme: \
                      disarm that client, or `stop` the scheme"
                 )
             }

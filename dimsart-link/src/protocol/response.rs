@@ -3,7 +3,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use dimsart_core::{Accepted, BoundReport, DataTypeText, ParameterText, PortText};
+use dimsart_core::{Accepted, BoundReport, DataTypeText, ParameterText, PortDescription};
 
 use super::blocked::{FirstFault, NotCommandedReason};
 use super::cycles::CyclesReport;
@@ -40,7 +40,7 @@ pub enum Response<'a> {
     /// A parameter.
     Parameter(ParameterText<'a>),
     /// A port.
-    Port(PortText<'a>),
+    Port(PortDescription<'a>),
     /// A data type.
     DataType(DataTypeText<'a>),
     /// A module instance.
@@ -111,7 +111,14 @@ impl Response<'_> {
                 [device, image].into_iter().for_each(|text| each(text, false));
             }
             Self::Module(ModuleText { name })
-            | Self::Port(PortText { name, direction: _, stage: _, is_delayed: _, default: _, bound: _ })
+            | Self::Port(PortDescription {
+                name,
+                direction: _,
+                stage: _,
+                is_delayed: _,
+                default: _,
+                bound: _,
+            })
             | Self::DataType(DataTypeText { id: _, name, unit: _, format: _, shape: _ }) => each(name, true),
             Self::Parameter(ParameterText {
                 name,

@@ -33,7 +33,10 @@ impl Hand {
         let entry = |name: &str| {
             let function = firmware.image.function(name).map(|function| function.address);
             function.ok_or_else(|| {
-                format!("{} has no {name}: `cargo board nucleo-g474re,by-hand`", firmware.name)
+                format!(
+                    "{} lacks {name}: build the image with `cargo board nucleo-g474re,by-hand`",
+                    firmware.name
+                )
             })
         };
         let (start, tick) = (entry("by_hand_start")?, entry("by_hand_tick")?);

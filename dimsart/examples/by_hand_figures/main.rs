@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let collected = || std::env::var_os(FOLDER_VARIABLE).map(|folder| Path::new(&folder).join(IMAGE));
     let firmware = Firmware::find(given.or_else(collected).as_deref(), None)?;
     let scenario =
-        RigFile::of_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
+        RigFile::from_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
     println!(
         "`{}`, {UNIT}, memory {}; means, and ratios to the hand-written tick.\n",
         firmware.name,

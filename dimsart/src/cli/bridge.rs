@@ -27,7 +27,7 @@ pub(super) struct Bridge {
     router: String,
     /// First part of every key.
     ///
-    /// The keys of a controller are PREFIX/NAME/state and so on.
+    /// The keys of a controller start with PREFIX/NAME, such as PREFIX/NAME/state.
     #[arg(long, value_name = "NAME", default_value = "dimsart")]
     prefix: String,
     /// ROS domain of `JointState` and diagnostics (`ROS_DOMAIN_ID`).

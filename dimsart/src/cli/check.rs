@@ -198,7 +198,7 @@ impl Check {
         let mut file = rig_argument::read(Some(path), &sets, kinds)?;
         let note = board.map(|Target { name, board, .. }| {
             let of_board = if board.axes == 1 { "axis" } else { "axes" };
-            format!("checked for the {} {of_board} of {name} instead of the rig's {axes}", board.axes)
+            format!("checked for the {} {of_board} of {name}; the rig has {axes}", board.axes)
         });
         let judge = |mut controller: LoadedController| {
             let LoadedController { name, dimsart, loaded, .. } = &mut controller;

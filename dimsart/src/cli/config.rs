@@ -88,7 +88,7 @@ enum Action {
         side: Option<&'static str>,
         /// Have the device check the configuration, CHANGE NOTHING.
         ///
-        /// The limit of the tick time is not part of this check; it is checked at the commit.
+        /// The device checks the limit of the tick time only at the commit.
         #[arg(long)]
         dry_run: bool,
         /// Skip rows that the device does not know, and list them.

@@ -188,7 +188,7 @@ enum Action {
     },
     /// Save the scheme ON TRIAL: it runs at the next start only.
     ///
-    /// `confirm` after that start makes it permanent.
+    /// `confirm` after that start makes the saved scheme permanent.
     Save,
     /// Make the scheme on trial permanent, after it has run at a start.
     Confirm,

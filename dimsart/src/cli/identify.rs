@@ -44,10 +44,10 @@ pub(super) struct Identify {
     /// Axis, from 0 (default: all axes of an arm, else axis 0).
     #[arg(long, value_name = "AXIS")]
     axis: Option<usize>,
-    /// The axes of a recording are coupled, as in an arm; a rig defines this.
+    /// The axes of the recording are coupled, as in an arm. Only for recordings.
     #[arg(long)]
     coupled: bool,
-    /// Delay from command to force in a recording, ticks; a rig defines this.
+    /// Delay from command to force in the recording, ticks. Only for recordings.
     #[arg(long, value_name = "TICKS", default_value_t = 0.0, value_parser = delay)]
     delay_ticks: f64,
     /// Length of a segment of the frequency response, ticks.

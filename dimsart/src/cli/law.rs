@@ -32,7 +32,7 @@ enum Action {
         /// Stamped image: also print the cycles that the law adds to a tick.
         #[arg(long, value_name = "FILE")]
         image: Option<PathBuf>,
-        /// Axes for this cost.
+        /// Number of axes for which the cost is computed.
         #[arg(long, default_value_t = 1)]
         axes: u8,
         /// Print one JSON object.

@@ -10,7 +10,7 @@ use dimsart_core::ModuleKinds;
 use indicatif::ProgressBar;
 
 use super::{Ending, NOT_STABLE};
-use crate::replay::{self, Replayed};
+use crate::replay::{self, ReplayOutcome};
 
 /// Replay a recording through the core, and compare all signals bit by bit.
 ///
@@ -75,8 +75,8 @@ impl Replay {
     }
 }
 
-fn print(out: &mut impl Write, replayed: &Replayed) -> std::io::Result<()> {
-    let Replayed { name, ticks, commands, words, differing_rows, divergence } = replayed;
+fn print(out: &mut impl Write, replayed: &ReplayOutcome) -> std::io::Result<()> {
+    let ReplayOutcome { name, ticks, commands, words, differing_rows, divergence } = replayed;
     match divergence {
         None => writeln!(out, "{name}: {ticks} ticks, {commands} commands, {words} words: identical"),
         Some(divergence) => writeln!(

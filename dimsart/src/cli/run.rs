@@ -308,7 +308,7 @@ impl Run {
         if !self.no_report {
             report::make_folder(folder)?;
         }
-        emulated::share_one_processor();
+        emulated::pin_to_one_processor();
         let wanted = self.target_side.as_deref().filter(|name| *name != BOTH);
         let names = experiment.rig_mut().stations().iter().map(|station| station.name.clone());
         for name in names.filter(|name| wanted.is_none_or(|wanted| wanted == name)).collect::<Vec<_>>() {

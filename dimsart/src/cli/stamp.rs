@@ -163,7 +163,7 @@ fn costs(
 /// Hash of all inputs of the costs: the image, the memory and this program.
 fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::error::Error>> {
     let mut hasher = DefaultHasher::new();
-    image.linked().hash(&mut hasher);
+    image.without_stamp().hash(&mut hasher);
     memory.name().hash(&mut hasher);
     fs::read(env::current_exe()?)?.hash(&mut hasher);
     Ok(format!("{:016x}", hasher.finish()))

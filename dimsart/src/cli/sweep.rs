@@ -38,7 +38,7 @@ pub(super) struct Sweep {
     /// Folder of `sweep.csv` and the map; an interrupted sweep in it is continued.
     #[arg(long, value_name = "FOLDER", default_value = "runs/sweep")]
     out: PathBuf,
-    /// Run only this part of the grid, to a separate file, for several machines.
+    /// Run only this part of the grid and write a separate file, to divide a sweep among machines.
     #[arg(long, value_name = "NUMBER/COUNT")]
     shard: Option<Shard>,
     /// Merge all shards in the folder into `sweep.csv`, without a run.

@@ -127,7 +127,7 @@ fn encoders(looks: &Looks, counts_per_turn: Option<f64>, holder: Option<u8>) -> 
         moved.iter().all(|moved| moved.is_finite() && moved.abs() <= most),
         format!("{}, moved by {} in 1 s", listed(&after, unit), listed(&moved, unit)),
         format!(
-            "finite and constant within {most:.4} {unit}; `watch POSITION` follows when a shaft is turned by hand"
+            "finite and constant within {most:.4} {unit}; check with `watch POSITION` that the value follows when the shaft is turned by hand"
         ),
         "hold the shafts still; if they do not turn, check the encoder's supply, ground and shield",
     ))

@@ -101,7 +101,7 @@ impl LockedRotor {
         // Also after an error.
         let ended = device.set("SIGGEN_MOD", "AMPLITUDE[0]", "0");
         device.release_lease()?;
-        device.end_tap(&mut tap)?;
+        device.close_telemetry(&mut tap)?;
         ended?;
         let (rows, reason) = recorded?;
         let period_s = f64::from(device.identity().sample_period_s);

@@ -70,7 +70,7 @@ pub fn watch_ticks<S: Read + Write>(
     }
     let after = Counted::ask(device, around)?;
     if !sent.is_empty() {
-        device.end_tap(&mut tap)?;
+        device.close_telemetry(&mut tap)?;
     }
     let [cycles, periods] = MEASURED.map(|name| {
         let column = sent.iter().position(|sent| sent == name);
@@ -145,7 +145,7 @@ fn in_time(name: &str, before: &Counted, after: &Counted) -> Check {
         now.ticks - then.ticks
     );
     if then.late + then.overruns > 0 {
-        found += &format!("; before the test {} late, {} overran", then.late, then.overruns);
+        found += &format!("; before the test: {} late ticks, {} overruns", then.late, then.overruns);
     }
     let next =
         "find what delays ticks: a debugger, writing to flash, or a scheme that takes too long (`show`)";

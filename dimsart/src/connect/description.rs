@@ -6,7 +6,7 @@ use std::fmt;
 use dimsart_core::scheme::{SWITCH, switch};
 use dimsart_core::{
     Accepted, AxisKind, DataTypeText, Entries, Format, KindId, ModuleKinds, ModuleRef, ParameterText,
-    PortText, Shape, Unit, Value, Vocabulary,
+    PortDescription, Shape, Unit, Value, Vocabulary,
 };
 use dimsart_link::protocol::{self, Request, Response, decode_response};
 use hil_sim::recording::indices;
@@ -152,7 +152,7 @@ impl Vocabulary for Description {
         }
     }
 
-    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>> {
+    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortDescription<'_>> {
         match self.answer(Request::Port { module, index })? {
             Response::Port(found) => Some(found),
             _ => None,

@@ -128,7 +128,7 @@ impl<S: Read + Write> Device<S> {
             self.may_change()?;
         }
         if !matches!(request, Request::Lease(_)) {
-            self.renew_in_time()?;
+            self.renew_if_due()?;
         }
         match self.line.ask(request)? {
             Response::Refused(Refusal::NotFound) => Ok(None),

@@ -82,7 +82,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     /// Takes the lease and renews it in time until it is [released](Self::release_lease). Requests,
-    /// [`listen`](Self::listen) and [`renew_in_time`](Self::renew_in_time) send the renewals; three in a row may get lost.
+    /// [`listen`](Self::listen) and [`renew_if_due`](Self::renew_if_due) send the renewals; three in a row may get lost.
     ///
     /// # Errors
     /// As [`take_lease`](Self::take_lease). Later requests can fail as [`renew_lease`](Self::renew_lease).
@@ -112,7 +112,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`renew_lease`](Self::renew_lease).
-    pub fn renew_in_time(&mut self) -> Result<(), ConnectError> {
+    pub fn renew_if_due(&mut self) -> Result<(), ConnectError> {
         self.line_mut().renew()
     }
 

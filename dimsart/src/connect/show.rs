@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 
 use dimsart_core::scheme::{PORT_PREFIX, SWITCH};
 use dimsart_core::{
-    Accepted, Direction, EVERY_TICKS, Entries, KindId, ModuleRef, PortText, Usage, Vocabulary,
+    Accepted, Direction, EVERY_TICKS, Entries, KindId, ModuleRef, PortDescription, Usage, Vocabulary,
 };
 use dimsart_link::protocol::{InstanceText, LeaseStatus, NO_CLIENT, Request, Response};
 use serde::Serialize;
@@ -44,7 +44,7 @@ pub struct ParameterReport {
 
 /// A kind of module.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct KindReport {
+pub struct ModuleKindReport {
     /// Name.
     pub name: String,
     /// Help text; empty for a kind that is unknown to this program.
@@ -260,14 +260,15 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn kinds(&mut self) -> Result<Vec<KindReport>, ConnectError> {
+    pub fn kinds(&mut self) -> Result<Vec<ModuleKindReport>, ConnectError> {
         let (mut kinds, known) = (Vec::new(), self.known_kinds());
         let summary = |name: &str| known.kind(KindId::of(name)).map_or("", |kind| kind.summary.text());
         for place in 0..=u8::MAX {
             let found = self.ask(&Request::Module { place }, |response| match response {
-                Response::Module(found) => {
-                    Some(KindReport { name: found.name.to_owned(), summary: summary(found.name).to_owned() })
-                }
+                Response::Module(found) => Some(ModuleKindReport {
+                    name: found.name.to_owned(),
+                    summary: summary(found.name).to_owned(),
+                }),
                 _ => None,
             });
             match found {
@@ -306,7 +307,7 @@ impl<S: Read + Write> Device<S> {
     fn instance_report(&mut self, instance: InstanceText) -> Result<InstanceReport, ConnectError> {
         let InstanceText { module, place } = instance;
         let ports: Vec<PortReport> = self.know(|known| {
-            let report = |port: PortText<'_>| PortReport {
+            let report = |port: PortDescription<'_>| PortReport {
                 name: format!("{PORT_PREFIX}{}", port.name),
                 writes: port.direction != Direction::Read,
                 signal: port.bound.map(|signal| known.signal_name(signal).to_string()).unwrap_or_default(),

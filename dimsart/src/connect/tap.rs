@@ -185,7 +185,7 @@ impl<S: Read + Write> Device<S> {
         let patience = if tap.streams.is_some() { SILENCE } else { ANOTHER_TRY };
         let is_silent = clock::since(tap.heard) > patience;
         if is_other || is_silent || !tap.is_open {
-            self.open_tap(tap)?;
+            self.open_telemetry(tap)?;
         } else if clock::since(tap.asked) > KEEP_ALIVE {
             tap.asked = clock::now();
             self.lease_status()?;
@@ -201,7 +201,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn end_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+    pub fn close_telemetry(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
         match (tap.streams.take(), tap.entries.first()) {
             (Some(streams), Some(signal)) => self.unsubscribe(&streams, *signal),
             _ => Ok(()),
@@ -209,7 +209,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     /// Subscribes again; [`Tap::signals`] returns the signals that the device sends.
-    pub(crate) fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+    pub(crate) fn open_telemetry(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
         tap.is_open = true;
         tap.entries = self.entries()?;
         let mut signals = self.followed(&tap.names)?;

@@ -170,7 +170,7 @@ pub enum CyclesError {
         reason: String,
     },
     /// The cost of a tick without modules is unknown or exceeds a stamp's range.
-    #[error("cost of a tick unknown, or too many cycles for a stamp: report a bug")]
+    #[error("the cost of a tick is unknown or exceeds the range of a stamp: report a bug")]
     NoTick,
     /// Calls of modules cannot be matched.
     #[error("in tick {tick} {found} module calls were observed, {expected} expected: report a bug")]

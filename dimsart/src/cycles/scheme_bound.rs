@@ -5,7 +5,7 @@ use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
 use dimsart_core::scheme::{ENGINE, Row, RowError};
 use dimsart_core::{
     Accepts, Command, CommandError, Direction, Endpoint, Finding, Format, KindId, ModuleKinds, ModuleRef,
-    Parameter, ParameterError, PortText, TypeRef, Value, Vocabulary, types,
+    Parameter, ParameterError, PortDescription, TypeRef, Value, Vocabulary, types,
 };
 use dimsart_link::saved_scheme;
 
@@ -237,7 +237,8 @@ impl Scheme {
     /// itself if the module gets it by a parameter.
     fn rename(&mut self, signal: TypeRef, number: u8) -> Result<TypeRef, CyclesError> {
         let (module, known) = (self.module, self.dimsart.engine());
-        let reads = |port: &PortText<'_>| port.bound == Some(signal) && port.direction == Direction::Read;
+        let reads =
+            |port: &PortDescription<'_>| port.bound == Some(signal) && port.direction == Direction::Read;
         let ports = (0..).zip(known.port_texts(module)).filter(|(_, port)| reads(port));
         let ports: Vec<u8> = ports.map(|(port, _)| port).collect();
         let other = TypeRef { number, ..signal };

@@ -99,7 +99,7 @@ impl Action {
                 text("armed: the lease is held while it is renewed")
             }
             Self::Renew => {
-                device.renew_in_time()?;
+                device.renew_if_due()?;
                 text("the lease is renewed")
             }
             Self::Disarm => {

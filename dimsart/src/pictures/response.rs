@@ -135,7 +135,7 @@ fn of_axis(
     .map(|(what, unit, wanted)| drawn(what, unit, wanted));
     let [position, velocity, force] = panels;
     let error = error_of(&position, &format!("position error ({})", unit(types::POSITION)));
-    let error = error.filter(|_| !recording.is_thinned());
+    let error = error.filter(|_| !recording.is_decimated());
     [position].into_iter().chain(error).chain([velocity, force]).collect()
 }
 

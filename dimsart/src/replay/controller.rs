@@ -8,7 +8,7 @@ use dimsart_link::protocol::{Request, decode_request};
 use super::device::DeviceFacts;
 use super::divergence::Divergence;
 use super::layout::Layout;
-use super::{ReplayError, Replayed};
+use super::{ReplayError, ReplayOutcome};
 use crate::report::{InputsMessage, PacketMessage};
 use dimsart_core::limits::MAX_LINKS;
 use hil_sim::rig::SimulatedDimsart;
@@ -23,7 +23,7 @@ pub(super) struct ReplayedController {
     commanded: Vec<Word>,
     row: Vec<f64>,
     message: Vec<u8>,
-    replayed: Replayed,
+    replayed: ReplayOutcome,
 }
 
 impl ReplayedController {
@@ -52,7 +52,7 @@ impl ReplayedController {
             return Err(ReplayError::Scheme { controller: controller(), problems });
         }
         let commanded = vec![Word(0); dimsart.frame().input_words()];
-        let replayed = Replayed {
+        let replayed = ReplayOutcome {
             name: controller(),
             ticks: 0,
             commands: 0,
@@ -92,7 +92,7 @@ impl ReplayedController {
     }
 
     /// Runs the remaining ticks, for which no signals are recorded.
-    pub(super) fn finish(mut self) -> Result<Replayed, ReplayError> {
+    pub(super) fn finish(mut self) -> Result<ReplayOutcome, ReplayError> {
         self.run(u64::MAX)?;
         Ok(self.replayed)
     }

@@ -23,7 +23,7 @@ pub struct Divergence {
     pub module: Option<String>,
     /// Recorded value.
     pub recorded: f64,
-    /// Replayed value.
+    /// ReplayOutcome value.
     pub replayed: f64,
 }
 

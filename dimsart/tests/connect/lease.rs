@@ -102,9 +102,9 @@ fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
     arm.wait_for(": the scheme runs and commands the device; client ");
     let mut other = board.dial();
     let refused = other.take_lease().unwrap_err().to_string();
-    assert!(refused.contains(" holds the lease, so other clients cannot change anything"), "{refused}");
+    assert!(refused.contains(" holds the lease; other clients cannot change the scheme"), "{refused}");
     let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
-    assert!(refused.contains(" holds the lease, so other clients cannot change anything"), "{refused}");
+    assert!(refused.contains(" holds the lease; other clients cannot change the scheme"), "{refused}");
     let show = other.overview().unwrap().to_string();
     assert!(show.contains(" holds the lease, for "), "{show}");
     let out = arm.interrupt();
@@ -167,7 +167,7 @@ fn an_answer_that_gets_lost_does_not_cost_the_lease() {
         let start = clock::now();
         device.state().unwrap();
         assert!(clock::since(start) >= lost * patience.timeout, "no renewal was lost");
-        device.renew_in_time().unwrap();
+        device.renew_if_due().unwrap();
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
 }
@@ -193,7 +193,7 @@ fn a_lease_of_a_locked_board_is_renewed_with_its_key() {
         device.state().unwrap();
     }
     device.listen(Duration::from_millis(400)).unwrap();
-    device.renew_in_time().unwrap();
+    device.renew_if_due().unwrap();
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
     device.release_lease().unwrap();
     board.wait_for(TickResult::Disarmed);
@@ -215,10 +215,10 @@ fn others_who_seal_do_not_cost_the_lease() {
     device.hold_lease().unwrap();
     for _ in 0..8 {
         let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
-        assert!(refused.contains(" holds the lease, so other clients cannot change anything"), "{refused}");
+        assert!(refused.contains(" holds the lease; other clients cannot change the scheme"), "{refused}");
         for _ in 0..5 {
             device.listen(Duration::from_millis(20)).unwrap();
-            device.renew_in_time().unwrap();
+            device.renew_if_due().unwrap();
         }
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));

@@ -49,7 +49,7 @@ fn any_number_of_axes() {
 #[test]
 fn flash_that_waits_costs_more_and_has_a_bound() {
     let Some(firmware) = firmware() else { return };
-    let scenario = RigFile::of_shipped("bilateral", &["duration_s=1".to_owned()]).unwrap();
+    let scenario = RigFile::from_shipped("bilateral", &["duration_s=1".to_owned()]).unwrap();
     let [without, with] =
         [Profile::ZeroWait, Profile::Flash(cycles::timing::Flash::STM32G4)].map(|profile| {
             let timing = Timing::new(profile, Column::Upper);
@@ -72,7 +72,7 @@ fn flash_that_waits_costs_more_and_has_a_bound() {
 
 fn figures(firmware: &Firmware, side: &'static str, column: Column, settings: &[&str]) -> Figures {
     let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
-    let scenario = RigFile::of_shipped("bilateral", &settings).unwrap();
+    let scenario = RigFile::from_shipped("bilateral", &settings).unwrap();
     let timing = Timing::new(Profile::ZeroWait, column);
     run(firmware, &scenario, side, None, timing, length(5_000, 250_000))
 }

@@ -42,7 +42,7 @@ fn every_kind(side: &'static str) {
     for dof in [2, 3].into_iter().cycle().take(usize::try_from(schemes).unwrap()) {
         let both = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));
         let settings = both.into_iter().chain(["duration_s=0.2".to_owned(), format!("dof={dof}")]);
-        let scenario = RigFile::of_shipped("bilateral", &settings.collect::<Vec<_>>()).unwrap();
+        let scenario = RigFile::from_shipped("bilateral", &settings.collect::<Vec<_>>()).unwrap();
         let commands = with_random_parameters(&scenario, side, &mut random);
         let timing = Timing::new(Profile::ZeroWait, Column::Upper);
         let figures = run(&firmware, &scenario, side, Some(&commands), timing, ticks);

@@ -21,7 +21,7 @@ const PIECE: &str = "OUTLINED_FUNCTION";
 fn every_function_that_a_tick_can_execute_is_looked_through_for_panics() {
     let Some(firmware) = firmware_for_every_module() else { return };
     let both = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));
-    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &both).unwrap()).unwrap();
+    let mut experiment = Experiment::new(&RigFile::from_shipped("bilateral", &both).unwrap()).unwrap();
     let master = &mut experiment.rig_mut().stations_mut()[0].dimsart;
     let timing = Timing::new(Profile::ZeroWait, Column::Upper);
     let steady = Steady::of(&firmware, timing, master).unwrap();

@@ -35,7 +35,7 @@ struct Heard {
 /// Steps the master on a board with `bytes` on its command line in every tick.
 fn run(bytes: &[u8]) -> Option<Heard> {
     let image = image()?;
-    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &[]).unwrap()).unwrap();
+    let mut experiment = Experiment::new(&RigFile::from_shipped("bilateral", &[]).unwrap()).unwrap();
     experiment.emulate("master", &image, None).unwrap();
     let rig = experiment.rig_mut();
     let mut heard = Heard { heartbeats: Vec::new(), answers: BTreeMap::new(), instructions: Vec::new() };
@@ -141,7 +141,7 @@ fn hears_the_device(name: &str, heard: &Heard) {
 #[test]
 fn a_host_in_lockstep_holds_the_lease_by_the_command_line() {
     let Some(image) = image() else { return };
-    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &[]).unwrap()).unwrap();
+    let mut experiment = Experiment::new(&RigFile::from_shipped("bilateral", &[]).unwrap()).unwrap();
     experiment.emulate("slave", &image, None).unwrap();
     let rig = experiment.rig_mut();
     let mut receiver = Receiver::new();

@@ -200,7 +200,7 @@ fn a_lease_is_sealed_and_whoever_repeats_it_is_refused() {
 
 fn scenario(key: Option<&Path>) -> RigFile {
     let setting = key.map(|key| format!("link.key_file='{}'", key.display()));
-    RigFile::of_shipped("bilateral", &setting.into_iter().collect::<Vec<_>>()).unwrap()
+    RigFile::from_shipped("bilateral", &setting.into_iter().collect::<Vec<_>>()).unwrap()
 }
 
 #[test]

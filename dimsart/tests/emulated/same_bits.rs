@@ -45,7 +45,7 @@ fn packets_that_come_in_heaps() {
 #[test]
 fn more_packets_than_a_tick_takes_are_an_error_that_says_so() {
     let Some(image) = image() else { return };
-    let scenario = RigFile::of_shipped("bilateral", &["link.jitter_ticks=1000".to_owned()]).unwrap();
+    let scenario = RigFile::from_shipped("bilateral", &["link.jitter_ticks=1000".to_owned()]).unwrap();
     let mut experiment = Experiment::new(&scenario).unwrap();
     experiment.emulate("slave", &image, None).unwrap();
     let rig = experiment.rig_mut();
@@ -73,7 +73,7 @@ fn every_module_on_both_sides() {
 /// Steps a rig with controllers here and a rig with controllers on boards; returns the latter.
 fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Rig> {
     let image = image()?;
-    let scenario = RigFile::of_shipped("bilateral", &settings.map(str::to_owned)).unwrap();
+    let scenario = RigFile::from_shipped("bilateral", &settings.map(str::to_owned)).unwrap();
     let [mut here, mut there] = [(); 2].map(|()| Experiment::new(&scenario).unwrap());
     for side in ["master", "slave"] {
         there.emulate(side, &image, None).unwrap();

@@ -43,7 +43,7 @@ fn ticks_of_both_sides_do_in_qemu_what_they_do_in_the_machine() {
 
 /// Runs the scenario, with some ticks of one side on both; returns the number of compared instructions.
 fn compare_ticks(firmware: &Firmware, side: &str, ticks: usize) -> u64 {
-    let scenario = RigFile::of_shipped("bilateral", &[]).unwrap();
+    let scenario = RigFile::from_shipped("bilateral", &[]).unwrap();
     let mut experiment = Experiment::new(&scenario).unwrap().without_recording();
     let rig = experiment.rig_mut();
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);

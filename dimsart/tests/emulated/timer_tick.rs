@@ -11,7 +11,7 @@ use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, client_of, decode_heartbeat, decode_response, encode_request,
     request_id,
 };
-use hil_sim::emulated::share_one_processor;
+use hil_sim::emulated::pin_to_one_processor;
 use hil_sim::link::Stream;
 use rand_core::{Rng, SeedableRng};
 
@@ -45,7 +45,7 @@ fn commands_are_answered_below_a_tick_that_is_never_late() {
 #[test]
 fn noise_a_cut_frame_and_a_flood_are_survived() {
     // Each byte is handed over inside the emulator, whose UART holds one: 50 us on one processor, up to 100 ms on a loaded one.
-    share_one_processor();
+    pin_to_one_processor();
     let Some(firmware) = Firmware::start(false) else { return };
     let mut uart = firmware.uart();
     let mut noise = vec![0; length(1_500, 10_000_000)];

@@ -63,7 +63,7 @@ fn any_transaction(random: &mut Pcg32) -> Vec<Command> {
 #[test]
 fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
     let Some(image) = image() else { return };
-    let scenario = RigFile::of_shipped("bilateral", &[]).unwrap();
+    let scenario = RigFile::from_shipped("bilateral", &[]).unwrap();
     let [mut here, mut there] = [(); 2].map(|()| Experiment::new(&scenario).unwrap());
     there.emulate("master", &image, None).unwrap();
     let (here, there) = (here.rig_mut(), there.rig_mut());

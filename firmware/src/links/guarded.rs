@@ -3,7 +3,7 @@
 //! A single task handles both directions: sharing the guard between tasks would mask the tick's interrupt for
 //! the duration of a tag.
 
-use boards::{Board as _, LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES, Selected};
+use boards::{Board as _, LinkIn as _, LinkOut as _, MAX_PAYLOAD_BYTES, Selected};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::{Packet, PacketError};
 use dimsart_link::auth::{Guard, Key, Line, Profile};
@@ -99,7 +99,7 @@ async fn carry(
     kept: Kept,
 ) {
     let mut door = Door::new(kept);
-    let mut buffer = [0; MAX_CARRIED_BYTES];
+    let mut buffer = [0; MAX_PAYLOAD_BYTES];
     loop {
         // Priority: a new key, then outgoing packets (one per link and tick), then incoming packets, which
         // may be a flood.
@@ -140,7 +140,7 @@ async fn send_handshake(door: &mut Door, link: usize, link_out: &mut LinkOut) {
 /// Sends a packet; drops it before the handshake is complete.
 async fn send(door: &mut Door, link: usize, packet: &Packet, link_out: &mut LinkOut) {
     let bytes = packet.to_bytes();
-    let mut sealed = [0; MAX_CARRIED_BYTES];
+    let mut sealed = [0; MAX_PAYLOAD_BYTES];
     let content = match door {
         Door::Open => Some(bytes.as_slice()),
         Door::Shut => None,

@@ -1,6 +1,6 @@
 //! Packets between the links and the tick, without authentication.
 
-use boards::{LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES};
+use boards::{LinkIn as _, LinkOut as _, MAX_PAYLOAD_BYTES};
 use embassy_executor::SendSpawner;
 
 use super::{LISTENING, LinkIn, LinkOut, Outgoing, Received, listened_to};
@@ -20,7 +20,7 @@ pub(crate) fn start(
 
 #[embassy_executor::task]
 async fn receive(mut link_in: LinkIn, mut packets: QueueSender<Received>) {
-    let mut buffer = [0; MAX_CARRIED_BYTES];
+    let mut buffer = [0; MAX_PAYLOAD_BYTES];
     loop {
         let (link, length) = link_in.receive(&LISTENING, &mut buffer).await;
         if let Some(bytes) = buffer.get(..length) {

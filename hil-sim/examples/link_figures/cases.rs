@@ -105,7 +105,7 @@ impl Case {
         let none = ["link.forward_delay_ticks=0", "link.backward_delay_ticks=0"];
         let sets: Vec<String> =
             none.into_iter().chain(self.sets.split_whitespace()).map(str::to_owned).collect();
-        let scenario = RigFile::of_shipped("bilateral", &sets)?;
+        let scenario = RigFile::from_shipped("bilateral", &sets)?;
         let experiment = Experiment::new(&scenario)?.without_recording();
         Ok(experiment.run(&AtomicBool::new(false), |_| {}).outcome)
     }

@@ -2,8 +2,8 @@
 
 use dimsart_core::scheme::{Row, RowError, SchemeError};
 use dimsart_core::{
-    Accepted, AxisKind, Command, DataTypeText, EVERY_TICKS, KindId, ModuleRef, ParameterText, PortText,
-    Value, Vocabulary,
+    Accepted, AxisKind, Command, DataTypeText, EVERY_TICKS, KindId, ModuleRef, ParameterText,
+    PortDescription, Value, Vocabulary,
 };
 
 use super::Law;
@@ -85,12 +85,12 @@ impl<V: Vocabulary + ?Sized> Vocabulary for LawVocabulary<'_, V> {
         })
     }
 
-    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>> {
+    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortDescription<'_>> {
         let found = self.known.port_text(module, index)?;
         let own = self.law_of(|of| of == module);
         let mut names = own.into_iter().flat_map(|law| law.inputs.iter().chain(&law.outputs));
         let name = names.nth(index.into()).map_or(found.name, |port| port.name.as_str());
-        Some(PortText { name, ..found })
+        Some(PortDescription { name, ..found })
     }
 
     fn find_parameter(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {

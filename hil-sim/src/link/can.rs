@@ -73,7 +73,7 @@ impl Medium for CanDirection {
 
     fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8])) {
         let Self { assembler, channel, format, .. } = self;
-        self.bus.lock().receive_only((self.receiver, self.identifier), now_ns, |_, frame| {
+        self.bus.lock().receive_by_id((self.receiver, self.identifier), now_ns, |_, frame| {
             let content = match format {
                 Format::Classic => assembler.take(frame.data(), *channel),
                 Format::Fd => unpack(frame.data()),

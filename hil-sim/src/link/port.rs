@@ -102,7 +102,7 @@ fn list(existing: &[String]) -> String {
         [] => "no serial port found, connect the board".to_owned(),
         names => format!("available: {}", names.join(", ")),
     };
-    format!("{names}; an emulated board is tcp:HOST:PORT or unix:PATH")
+    format!("{names}; address of an emulated board: tcp:HOST:PORT or unix:PATH")
 }
 
 /// Opens a serial port (`/dev/ttyACM0`) or a socket (`tcp:HOST:PORT`, `unix:PATH`). `baud` applies to serial ports

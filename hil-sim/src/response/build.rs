@@ -180,7 +180,7 @@ pub(super) fn station(
     let is_pressed = file.experiment.press.is_some();
     let plant = Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.moves(), is_pressed);
     let mut station = Station::new(part.name(), dimsart, Box::new(plant));
-    station.step_every(controller.every_ticks);
+    station.set_ticks_per_step(controller.every_ticks);
     Ok(station)
 }
 

@@ -53,7 +53,7 @@ pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Re
             }
         }
         let [(one, _), (other, _)] = ends;
-        rig.introduce(one.min(other), one.max(other));
+        rig.complete_handshake(one.min(other), one.max(other));
     }
     Ok(())
 }
@@ -101,7 +101,7 @@ mod tests {
         let mut sets = vec![format!("link.carrier={carrier}"), "duration_s=0.5".to_owned()];
         sets.push("link.every_ticks=4".to_owned());
         sets.extend(key.map(|key| format!("link.key_file='{}'", key.display())));
-        let file = RigFile::of_shipped("bilateral", &sets).unwrap();
+        let file = RigFile::from_shipped("bilateral", &sets).unwrap();
         let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| {});
         assert!(run.outcome.stable, "{:?}", run.outcome.faults);
         assert_eq!(run.outcome.faults, Vec::<String>::new(), "{carrier}");

@@ -264,7 +264,7 @@ mod tests {
 
     /// The shipped gains, without delay modules.
     fn phases(sets: &[String]) -> Phases {
-        let file = RigFile::of_shipped("bilateral", sets).unwrap();
+        let file = RigFile::from_shipped("bilateral", sets).unwrap();
         let controller = |stiffness_n_per_m| Controller {
             stiffness_n_per_m: vec![stiffness_n_per_m; 3],
             impedance_n_s_per_m: Some(10.0),
@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn the_hand_pushes_only_where_it_should() {
-        let file = RigFile::of_shipped("bilateral", &[]).unwrap();
+        let file = RigFile::from_shipped("bilateral", &[]).unwrap();
         let planned = planned(&file).unwrap().unwrap();
         let moved = planned.moved(&file);
         let pushes = |axis: usize| -> Vec<Step> {

@@ -67,7 +67,7 @@ impl Guarded {
 }
 
 /// Completes the handshake of two guards without a link.
-pub(super) fn introduce(left: &mut Guard, right: &mut Guard) {
+pub(super) fn complete_handshake(left: &mut Guard, right: &mut Guard) {
     let tell = |from: &mut Guard, to: &mut Guard, now_ms| {
         while let Some(handshake) = from.handshake(now_ms) {
             // A handshake with equal keys and channels always succeeds.
@@ -100,7 +100,7 @@ mod tests {
             format!("link.forward_delay_ticks={delay_ticks}"),
             format!("link.backward_delay_ticks={delay_ticks}"),
         ];
-        Experiment::new(&RigFile::of_shipped("bilateral", &sets).unwrap()).unwrap()
+        Experiment::new(&RigFile::from_shipped("bilateral", &sets).unwrap()).unwrap()
     }
 
     /// Steps the rig and requires both controllers to keep running; returns the longest time without a packet, ticks.

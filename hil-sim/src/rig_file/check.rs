@@ -324,7 +324,7 @@ impl RigFile {
             let known: Vec<String> = references.into_iter().chain([LOAD, HAND].map(str::to_owned)).collect();
             let near = suggestion(&moved.on, &known);
             problems.push(format!(
-                "{at}: '{}' does not measure a reference '{}': add it to `measures`; {near}",
+                "{at}: '{}' does not measure the reference '{}': add the reference to `measures`; {near}",
                 device.name, moved.on
             ));
         }

@@ -76,7 +76,7 @@ pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &(impl Vocabulary
 
 #[cfg(test)]
 mod tests {
-    use dimsart_core::{AxisKind, DataTypeText, KindId, ParameterText, PortText, Unit, scheme};
+    use dimsart_core::{AxisKind, DataTypeText, KindId, ParameterText, PortDescription, Unit, scheme};
 
     use super::*;
 
@@ -107,7 +107,7 @@ mod tests {
             })
         }
 
-        fn port_text(&self, _module: ModuleRef, _index: u8) -> Option<PortText<'_>> {
+        fn port_text(&self, _module: ModuleRef, _index: u8) -> Option<PortDescription<'_>> {
             None
         }
 

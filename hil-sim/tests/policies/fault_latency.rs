@@ -126,7 +126,7 @@ fn the_module_or_sensor_that_was_wrong_is_named() {
 /// What can fail changes no bit of the shipped experiment while it does not.
 #[test]
 fn without_a_fault_the_forces_are_those_of_the_shipped_experiment_bit_for_bit() {
-    let mut experiment = Experiment::new(&RigFile::of_shipped("bilateral", &[]).unwrap()).unwrap();
+    let mut experiment = Experiment::new(&RigFile::from_shipped("bilateral", &[]).unwrap()).unwrap();
     let mut probe = Probe::new(types::DES_FORCE.first());
     for (tick, forces) in forces_without_a_fault(5_000).unwrap().iter().enumerate() {
         experiment.rig_mut().step();

@@ -95,7 +95,7 @@ impl Pair {
     /// # Errors
     /// [`PairError`], where the shipped experiment cannot be made.
     pub(crate) fn shipped(spare_cycles: u32, seed: u64) -> Result<(Self, u32), PairError> {
-        let file = RigFile::of_shipped("bilateral", &[]).unwrap();
+        let file = RigFile::from_shipped("bilateral", &[]).unwrap();
         let mut experiment = Experiment::new(&file)?;
         let end_s = experiment.duration_s();
         let mut plants = experiment.rig_mut().stations_mut().iter_mut().map(|station| {

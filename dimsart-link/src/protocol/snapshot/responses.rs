@@ -23,7 +23,14 @@ fn responses() {
         })
     };
     let port = |direction, stage, bound| {
-        Response::Port(PortText { name: "P", direction, stage, is_delayed: true, default: bound, bound })
+        Response::Port(PortDescription {
+            name: "P",
+            direction,
+            stage,
+            is_delayed: true,
+            default: bound,
+            bound,
+        })
     };
     let timing = |last_mean_max_cycles| {
         Response::Timing(TimingReport { ticks: 300, late: 1, overruns: 2, last_mean_max_cycles })

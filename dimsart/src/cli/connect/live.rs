@@ -93,7 +93,7 @@ fn refresh(
         screen.show(out, &text)?;
         next = (next + period).max(Instant::now());
         while Instant::now() < next && !stop.load(Ordering::Relaxed) {
-            device.renew_in_time()?;
+            device.renew_if_due()?;
             device.listen((next - Instant::now().min(next)).min(A_MOMENT)).map_err(ConnectError::from)?;
         }
         if stop.load(Ordering::Relaxed) {
@@ -137,7 +137,7 @@ fn hold(
     let is_live = io::stdout().is_terminal() && !json.json;
     let mut last = None;
     while !stop.load(Ordering::Relaxed) {
-        device.renew_in_time()?;
+        device.renew_if_due()?;
         let live = device.live()?;
         let news = Some((live.is_commanded, live.holder, live.state.clone()));
         if is_live {

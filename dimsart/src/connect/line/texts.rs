@@ -27,7 +27,8 @@ mod tests {
     use super::*;
     use crate::connect::{Device, Timeouts};
     use dimsart_core::{
-        Accepted, DataTypeText, Direction, Entries, Format, ParameterText, PortText, Shape, Stage, Unit,
+        Accepted, DataTypeText, Direction, Entries, Format, ParameterText, PortDescription, Shape, Stage,
+        Unit,
     };
     use dimsart_link::protocol::{
         Identity, MAX_FRAME_BYTES, ModuleText, PROTOCOL_VERSION, Receiver, Response, decode_request,
@@ -108,7 +109,7 @@ mod tests {
             default: None,
             is_structural: false,
         };
-        let port = PortText {
+        let port = PortDescription {
             name: BAD,
             direction: Direction::Read,
             stage: Stage::Early,

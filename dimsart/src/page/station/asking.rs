@@ -229,7 +229,7 @@ impl Asking {
         if self.holder.is_none() {
             return Ok(());
         }
-        match device.renew_in_time() {
+        match device.renew_if_due() {
             Ok(()) if device.holds_lease() => {}
             Err(ConnectError::Line(error)) => return Err(error.into()),
             Err(ConnectError::ClientSilent) => {

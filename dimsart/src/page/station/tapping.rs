@@ -100,7 +100,7 @@ impl Tapping {
             self.news.rows(Rows { station, layout, signals, first, lost, rows });
         }
         self.lost += tap.lost();
-        device.end_tap(&mut tap)
+        device.close_telemetry(&mut tap)
     }
 
     /// Selects other signals, or returns why it cannot: then the previous ones continue.
@@ -115,11 +115,11 @@ impl Tapping {
             Err(ConnectError::Word(reason)) => return Ok(Err(reason)),
             known => known?,
         }
-        device.end_tap(tap)?;
+        device.close_telemetry(tap)?;
         self.lost += tap.lost();
         *tap = Tap::new(every_ticks).of(&names);
         // Other clients may use the streams, so only an attempt shows whether the device can send the signals.
-        device.open_tap(tap)?;
+        device.open_telemetry(tap)?;
         if tap.signals().len() < names.len() {
             *tap = Tap::new(every_ticks).of(&self.names);
             return Ok(Err(format!(

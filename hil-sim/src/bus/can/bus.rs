@@ -165,7 +165,7 @@ impl CanBus {
     }
 
     /// Like `receive`, for frames with this identifier only.
-    pub fn receive_only(
+    pub fn receive_by_id(
         &mut self,
         (node, identifier): (usize, Identifier),
         now_ns: u64,

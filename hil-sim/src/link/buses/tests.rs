@@ -10,7 +10,7 @@ fn rig(carrier: &str, sets: &[&str]) -> RigFile {
     let carrier = format!("link.carrier={carrier}");
     let sets: Vec<String> =
         sets.iter().chain(&none).copied().chain([carrier.as_str()]).map(str::to_owned).collect();
-    RigFile::of_shipped("bilateral", &sets).unwrap()
+    RigFile::from_shipped("bilateral", &sets).unwrap()
 }
 
 /// The links from master to slave and back.
