@@ -63,14 +63,14 @@ impl<const N: usize> Default for Snapshot<N> {
 /// of_joint.get(&mut measured[1..]);
 /// joint.set_commands_stale(of_joint.are_stale());
 /// joint.tick(&measured, &mut force);
-/// of_joint.show(joint.signals(&[types::POSITION.first()]));
+/// of_joint.send(joint.signals(&[types::POSITION.first()]));
 ///
 /// // In the slow interrupt of lower priority:
 /// let (mut measured, mut commanded) = ([Word(0)], [Word(0)]);
 /// of_planner.get(&mut measured);
 /// planner.set_commands_stale(of_planner.are_stale());
 /// planner.tick(&measured, &mut commanded);
-/// of_planner.show(commanded);
+/// of_planner.send(commanded);
 /// # assert_eq!(measured[0], Word::from(0.1));
 /// # Ok(())
 /// # }

@@ -29,6 +29,7 @@ pub use joint::{
 pub use joints::{Joints, Push};
 pub use moteus::MoteusDrive;
 pub use parameter::ParameterError;
+pub(crate) use parameter::valid_axes;
 pub use phantom::{Linkage, LinkageParameters, Phantom, PhantomParameters, PhantomPort};
 pub use repetition::{PEAK_SPEED, Repetition, minimum_jerk};
 pub use sensor::{Sensor, SensorParameters};

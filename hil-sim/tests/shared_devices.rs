@@ -160,7 +160,7 @@ fn what_does_not_fit_together_is_said_before_anything_runs() {
     for expected in [
         "axis 2 of 'arm' has 2 controllers",
         "axis 3 of 'arm' has 0 controllers",
-        "a controller uses axis 6 of 'arm', which has 6 axes",
+        "a controller uses axis 6 of 'arm', but the axes are 0 to 5",
         "unknown controller 'tool'",
     ] {
         assert!(error.contains(expected), "{expected} is not in\n{error}");

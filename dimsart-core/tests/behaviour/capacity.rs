@@ -36,6 +36,6 @@ fn every_module_at_seven_axes_leaves_the_nucleo_room_for_a_recorder_of_250_rows(
     for side in SIDES {
         assert_eq!(refused(250, side), [""; 0]);
         let [too_long] = refused(500, side).try_into().unwrap();
-        assert!(too_long.starts_with("RECORDER_MOD Refused(Storage(NoRoom { wanted: "), "{too_long}");
+        assert!(too_long.starts_with("RECORDER_MOD Refused(Storage(OutOfMemory { wanted: "), "{too_long}");
     }
 }

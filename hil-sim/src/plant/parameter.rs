@@ -48,3 +48,12 @@ pub(super) fn not_negative(path: &str, value: f64) -> Result<(), ParameterError>
 pub(super) fn positive_or_infinite(path: &str, value: f64) -> Result<(), ParameterError> {
     require(path, value, value > 0.0, "> 0, or inf")
 }
+
+/// Describes the valid axes of a device, for messages.
+pub(crate) fn valid_axes(count: usize) -> String {
+    match count {
+        0 => "the device has no axes".to_owned(),
+        1 => "the only axis is 0".to_owned(),
+        _ => format!("the axes are 0 to {}", count - 1),
+    }
+}

@@ -8,7 +8,7 @@ use super::{
     PressSection, RigFile, TypeSection, WatchSection,
 };
 use crate::link::InProcessParameters;
-use crate::plant::{JointParameters, ParameterError};
+use crate::plant::{JointParameters, ParameterError, valid_axes};
 use crate::rig::SIZES;
 use crate::schemes::suggestion;
 
@@ -238,10 +238,7 @@ impl RigFile {
         let its = self.controllers.iter().filter(|controller| controller.device == *name);
         let axes: Vec<usize> = its.flat_map(|controller| controller.axes(device)).collect();
         for axis in axes.iter().filter(|axis| **axis >= count) {
-            problems.push(format!(
-                "a controller uses axis {axis} of '{name}': not among its axes, 0 to {}",
-                count.saturating_sub(1)
-            ));
+            problems.push(format!("a controller uses axis {axis} of '{name}', but {}", valid_axes(count)));
         }
         for axis in 0..count {
             let controllers = axes.iter().filter(|known| **known == axis).count();
@@ -303,9 +300,9 @@ impl RigFile {
         if moved.axis >= device.axes.len() {
             let (axis, count) = (moved.axis, device.axes.len());
             problems.push(format!(
-                "{at}: axis {axis} of '{}' is out of range: its axes are 0 to {}",
+                "{at}: axis {axis} of '{}' is out of range: {}",
                 device.name,
-                count.saturating_sub(1)
+                valid_axes(count)
             ));
         }
         let sensed = SENSED.map(|data_type| data_type.name);

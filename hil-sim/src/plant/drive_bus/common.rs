@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::QUEUE_FRAMES;
 use crate::bus::can::{CanFrame, CanParameters, Identifier};
+use crate::plant::parameter::valid_axes;
 
 /// A drive, and its driver on the controller.
 pub(super) trait DriveNode: core::fmt::Debug + Send {
@@ -92,10 +93,7 @@ pub(super) fn check(wires: &BusParameters, axes: usize, problems: &mut Vec<Strin
     let named = wires.fault.iter().map(|fault| fault.axis);
     let named = named.chain(wires.absent.iter().filter_map(|absence| absence.axis));
     for axis in named.filter(|axis| *axis >= axes) {
-        problems.push(format!(
-            "fault or absence: axis {axis} is out of range: the axes are 0 to {}",
-            axes.saturating_sub(1)
-        ));
+        problems.push(format!("fault or absence: axis {axis} is out of range: {}", valid_axes(axes)));
     }
 }
 
