@@ -50,9 +50,9 @@ pub struct Replay {
 pub struct ReplayOutcome {
     /// Name.
     pub name: String,
-    /// ReplayOutcome ticks.
+    /// Replayed ticks.
     pub ticks: u64,
-    /// ReplayOutcome commands.
+    /// Replayed commands.
     pub commands: u64,
     /// Compared words.
     pub words: u64,

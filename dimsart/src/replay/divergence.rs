@@ -23,7 +23,7 @@ pub struct Divergence {
     pub module: Option<String>,
     /// Recorded value.
     pub recorded: f64,
-    /// ReplayOutcome value.
+    /// Replayed value.
     pub replayed: f64,
 }
 

@@ -3,7 +3,7 @@
 use dimsart_core::Word;
 use dimsart_link::protocol::Response;
 
-/// Inputs of a controller from one tick to the next. ReplayOutcome in this order to a controller in the same initial
+/// Inputs of a controller from one tick to the next. Replayed in this order to a controller in the same initial
 /// state, they give bit-identical signals.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Inputs {

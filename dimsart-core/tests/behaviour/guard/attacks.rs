@@ -55,7 +55,7 @@ impl Forger {
                 let (kind, length) = [(0, 0), (1, 8), (2, 16)][self.random.next_u32() as usize % 3];
                 self.handshake(kind, length, channel)
             }
-            // ReplayOutcome to this side and to the other one.
+            // Replayed to this side and to the other one.
             6 => self.any_recorded(to)?,
             7 => resealed(&self.any_recorded(1 - to)?, channel),
             // The newest content with a changed tag, or with the next freshness value.
