@@ -113,7 +113,7 @@ fn main() -> ! {
         planner_ticks
     );
     defmt::println!(
-        "{=u32} transfers were interrupted by a tick; all words arrived complete and in order",
+        "{=u32} ticks interrupted a transfer; all words arrived complete and in order",
         interrupted
     );
     defmt::println!("planner stopped: commands late after {=u32} ticks", late_after);

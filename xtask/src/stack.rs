@@ -88,7 +88,7 @@ pub(crate) fn summary(images: &[Image], bounds: &[StackBound]) -> String {
         [image.name.clone(), bound.bytes.to_string(), bound.available_bytes.to_string()]
     };
     let rows: Vec<[String; 3]> = images.iter().zip(bounds).map(row).collect();
-    table(["Image", "Stack, bytes", "At most"], &rows)
+    table(["Image", "Stack, bytes", "Limit"], &rows)
 }
 
 /// Returns every priority with its deepest calls.

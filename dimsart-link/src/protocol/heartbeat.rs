@@ -16,7 +16,7 @@ pub struct Heartbeat {
     /// Ticks since the start.
     pub ticks: u64,
     /// Why the scheme did not command the device in the last tick; `None` if it did. For a stopped scheme
-    /// always `Tick::Idle`: [`Status`](super::Status) has the reason.
+    /// always `TickResult::Idle`: [`Status`](super::Status) has the reason.
     pub blocked: Option<NotCommandedReason>,
     /// The first tick that was refused, or in which a link was lost.
     pub first_fault: Option<FirstFault>,

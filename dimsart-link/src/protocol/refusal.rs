@@ -69,7 +69,7 @@ impl core::fmt::Display for Refusal {
             Self::Lease { holder } => {
                 write!(
                     f,
-                    "client {holder} holds the lease; other clients cannot change the scheme: \
+                    "client {holder} holds the lease; other clients can only read and stop: \
                      disarm that client, or `stop` the scheme"
                 )
             }

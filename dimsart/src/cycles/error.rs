@@ -16,9 +16,9 @@ use hil_sim::experiment::ExperimentError;
 pub enum CyclesError {
     /// No image at this path.
     #[error(
-        "no firmware image {}: build it with `cargo board {board}` (boards: {}), or give the path of an ELF",
+        "no firmware image {}: build it with `cargo board {board}`{}, or give the path of an ELF",
         path.display(),
-        crate::budget::names()
+        known_boards(board)
     )]
     NoImage {
         /// Path of the missing image.
@@ -182,4 +182,12 @@ pub enum CyclesError {
         /// Calls in the image.
         found: usize,
     },
+}
+
+/// The names of all boards, in place of an unknown board.
+fn known_boards(board: &str) -> String {
+    if boards::BOARDS.iter().any(|known| known.name == board) {
+        return String::new();
+    }
+    format!(" (boards: {})", crate::budget::names())
 }

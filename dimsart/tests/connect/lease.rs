@@ -102,9 +102,9 @@ fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
     arm.wait_for(": the scheme runs and commands the device; client ");
     let mut other = board.dial();
     let refused = other.take_lease().unwrap_err().to_string();
-    assert!(refused.contains(" holds the lease; other clients cannot change the scheme"), "{refused}");
+    assert!(refused.contains(" holds the lease; other clients can only read and stop"), "{refused}");
     let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
-    assert!(refused.contains(" holds the lease; other clients cannot change the scheme"), "{refused}");
+    assert!(refused.contains(" holds the lease; other clients can only read and stop"), "{refused}");
     let show = other.overview().unwrap().to_string();
     assert!(show.contains(" holds the lease, for "), "{show}");
     let out = arm.interrupt();
@@ -215,7 +215,7 @@ fn others_who_seal_do_not_cost_the_lease() {
     device.hold_lease().unwrap();
     for _ in 0..8 {
         let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
-        assert!(refused.contains(" holds the lease; other clients cannot change the scheme"), "{refused}");
+        assert!(refused.contains(" holds the lease; other clients can only read and stop"), "{refused}");
         for _ in 0..5 {
             device.listen(Duration::from_millis(20)).unwrap();
             device.renew_if_due().unwrap();

@@ -28,10 +28,10 @@ pub type Cia402Reading = DriveReading<Cia402JointFault>;
 ///
 /// | Drive | Reading |
 /// |---|---|
-/// | was never set up | NaN; a refused object as the trouble |
+/// | was never set up | NaN; a refused object as the fault |
 /// | follows its command | its process data |
 /// | has been silent for fewer than `missing_ticks` | its last process data |
-/// | is silent or lost; or, under command, sent an emergency or left *operation enabled* | once with the [trouble](Cia402JointFault), then NaN |
+/// | is silent or lost; or, under command, sent an emergency or left *operation enabled* | once with the [fault](Cia402JointFault), then NaN |
 /// | is not commanded | its process data, with its fault |
 ///
 /// The safety stage stops the robot on NaN. While a joint is off, its drive receives *disable voltage* in every tick. A

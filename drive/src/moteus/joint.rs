@@ -20,7 +20,7 @@ const STARTING_TICKS: u8 = 50;
 /// |---|---|
 /// | replies and follows its command | the reply |
 /// | has not replied for fewer than `missing_ticks` | the last reply |
-/// | does not reply; or, under command, is in another mode | once with the [trouble](MoteusJointFault), then NaN |
+/// | does not reply; or, under command, is in another mode | once with the [fault](MoteusJointFault), then NaN |
 /// | is not commanded | the reply, with the drive's fault |
 ///
 /// The safety stage stops the robot on NaN; the reading before it has the reason. While a joint is off, its drive is

@@ -61,7 +61,7 @@ fn what_must_be_noticed_is_noticed_in_time_and_told_by_its_number() {
     assert_noticed("a module upstream of the device writes", 40, [0, 0], "reset and lease");
     assert_noticed("a module without effect on the device writes", 131, [0, 0], "reset");
     for percent in [30, 50, 100, 500] {
-        let takes = format!("exceeds its declared cycles by {percent} %");
+        let takes = format!("exceeds its cost by {percent} %");
         assert_noticed(&format!("a module upstream of the device {takes}"), 40, [0, 0], "reset and lease");
         assert_noticed(&format!("a module without effect on the device {takes}"), 131, [0, 0], "reset");
     }
@@ -86,8 +86,8 @@ fn what_nobody_can_know_is_said_to_be_never_noticed() {
     }
     // Within a quarter of its cost, as long as a link may be silent, and sound packets between damaged ones.
     for name in [
-        "a module upstream of the device exceeds its declared cycles by 10 %",
-        "a module without effect on the device exceeds its declared cycles by 10 %",
+        "a module upstream of the device exceeds its cost by 10 %",
+        "a module without effect on the device exceeds its cost by 10 %",
     ] {
         those(name).into_iter().for_each(|row| assert_eq!(row.noticed, never(), "{}", row.fault));
     }

@@ -50,14 +50,12 @@ pub(crate) fn cases() -> Vec<Case> {
             [(&BEFORE_DEVICE[..], "upstream of the device"), (&BEHIND_DEVICE, "without effect on the device")]
         {
             let faults = modules.iter().map(|module| Fault::TakesLonger(module, percent)).collect();
-            let name = format!("a module {name} exceeds its declared cycles by {percent} %");
+            let name = format!("a module {name} exceeds its cost by {percent} %");
             cases.push(Case { name, faults, spare_cycles: 0 });
         }
     }
     for module in BEFORE_DEVICE.into_iter().chain(BEHIND_DEVICE) {
-        let name = format!(
-            "{module} exceeds its declared cycles by 500 %, {SPARE_CYCLES} cycles spare for interrupts"
-        );
+        let name = format!("{module} exceeds its cost by 500 %, {SPARE_CYCLES} cycles spare for interrupts");
         let faults = vec![Fault::TakesLonger(module, 500)];
         cases.push(Case { name, faults, spare_cycles: SPARE_CYCLES });
     }
