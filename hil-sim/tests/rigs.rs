@@ -343,7 +343,7 @@ fn everything_that_does_not_go_together_is_named_at_once() {
         "unknown device 'driv'; did you mean 'drive'?",
         "axis 0 of 'drive' has 0 controllers",
         "axis 1 of 'drive' is out of range: the only axis is 0",
-        "not measure a reference 'DES_VELOCITY': add it to `measures`; did you mean 'DES_POSITION'?",
+        "not measure the reference 'DES_VELOCITY': add the reference to `measures`; did you mean 'DES_POSITION'?",
         "has step and ramp: set exactly one",
         "until_s is 0 s, must be after at_s, 0.1 s",
     ] {
