@@ -7,8 +7,6 @@ use crate::shell::{cargo, command, run, target};
 
 /// Timed runs; the fastest counts, because load only slows a run down.
 pub(super) const RUNS: usize = 5;
-/// Target of the fastest run, times real time.
-pub(super) const WANTED: f64 = 500.0;
 /// Virtual time of the short and the long counted run, `s`; their difference excludes the start-up.
 const COUNTED_S: [f64; 2] = [1.0, 5.0];
 
@@ -53,7 +51,7 @@ struct Timed {
     wall_s: f64,
 }
 
-/// Returns the fastest of several runs by the command's own clock: with recording, without set-up and report.
+/// Returns the fastest of several runs by the command's own clock.
 fn best(program: &PathBuf, arguments: &[&Path]) -> Result<Timed, String> {
     let mut best: Option<Timed> = None;
     for _ in 0..RUNS {
