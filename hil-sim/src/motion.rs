@@ -130,7 +130,7 @@ impl Motion {
 }
 
 /// Tolerance for rounding of tick times, `s`.
-const LATE_S: f64 = 1e-9;
+pub(crate) const LATE_S: f64 = 1e-9;
 
 /// Progress from `at_s` to `until_s`, 0 to 1.
 fn share(time_s: f64, at_s: f64, until_s: f64) -> f64 {

@@ -13,6 +13,7 @@ mod simulator;
 
 use crate::measured;
 use crate::shell::Outcome;
+use crate::toolchain::Toolchain;
 use count::Counter;
 use frames::Frame;
 use line::Line;
@@ -62,8 +63,8 @@ struct Budget {
 /// Counts, prints the tables and writes `docs/benchmarks.md`; fails if a budget is exceeded.
 pub(crate) fn run() -> Outcome {
     let counts = Counts::count(&Counter::new()?)?;
-    let (summary, details) =
-        (page::summary(&counts, &Simulator::measure()?), page::details(&counts, &links::measure()?));
+    let summary = page::summary(&Toolchain::Rustup.version()?, &counts, &Simulator::measure()?);
+    let details = page::details(&counts, &links::measure()?);
     println!("{summary}\n{details}");
     measured::write("benchmarks", &summary, &details)?;
     counts.hold()

@@ -4,7 +4,7 @@ use cycles::stack::StackBound;
 
 use crate::boards::{Image, Images, Size, build_all, hold};
 use crate::example::example;
-use crate::shell::{Outcome, command};
+use crate::shell::Outcome;
 use crate::table::table;
 use crate::toolchain::Toolchain;
 use crate::{measured, setup, stack};
@@ -84,7 +84,7 @@ pub(crate) fn run() -> Outcome {
     let toolchain = Toolchain::set_up()?;
     let images = build_all(toolchain, Images::All)?;
     let bounds = stack::bounds(&images)?;
-    let summary = page(&images, &bounds) + KINDS;
+    let summary = page(&toolchain.version()?, &images, &bounds) + KINDS;
     let mut details = "# Firmware: time of ticks and commands\n".to_owned();
     for (head, name, foot) in [
         (TIME, "firmware_figures", JITTER),
@@ -100,12 +100,10 @@ pub(crate) fn run() -> Outcome {
     stack::hold(&images, &bounds)
 }
 
-fn page(images: &[Image], bounds: &[StackBound]) -> String {
-    let rustc = command("rustc", ["--version"]).output().ok();
-    let rustc = rustc.and_then(|output| String::from_utf8(output.stdout).ok()).unwrap_or_default();
+fn page(rustc: &str, images: &[Image], bounds: &[StackBound]) -> String {
     let rows: Vec<[String; 7]> = images.iter().zip(bounds).map(row).collect();
     let head = ["Image", "Flash, bytes", "Limit", "RAM, bytes", "Limit", "Stack, bytes", "Limit"];
-    format!("{HEAD}\nCompiler: {}\n\n## Memory\n{}", rustc.trim(), table(head, &rows))
+    format!("{HEAD}\nCompiler: rustc {rustc}\n\n## Memory\n{}", table(head, &rows))
 }
 
 fn row((image, bound): (&Image, &StackBound)) -> [String; 7] {

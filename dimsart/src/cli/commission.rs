@@ -14,6 +14,7 @@ use serde::Deserialize;
 
 use super::line::{Device, LineOptions};
 use super::{Ending, UsageError};
+use crate::budget;
 use crate::commissioning::{
     Check, Computer, LockedRotor, Report, Step, Surroundings, examine, save_and_restart, watch_ticks,
 };
@@ -84,8 +85,7 @@ struct Before {
 impl Commission {
     pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let info = BOARDS.iter().find(|board| board.name == self.board).ok_or_else(|| {
-            let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
-            UsageError(format!("unknown board {}; known boards: {}", self.board, names.join(", ")))
+            UsageError(format!("unknown board {}; known boards: {}", self.board, budget::names()))
         })?;
         let before: Before = match &self.with {
             Some(file) => serde_json::from_str(&std::fs::read_to_string(file)?)?,

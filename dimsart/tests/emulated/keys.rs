@@ -22,7 +22,8 @@ use crate::common::{key_image, timer_key_image};
 use crate::firmware::{Firmware, greet};
 
 const LOCKED: &str = "the board is locked: pass its key file (--key-file FILE)";
-const OTHER_KEY: &str = "the board's key differs from the key in the file";
+/// Timeout of a command, far above the time on a loaded machine.
+const TIMEOUT_S: &str = "600";
 const OPEN: &str = "no key is set: the device accepts every client without authentication";
 /// Offset of the key in the firmware's flash file.
 const KEY_PLACE: usize = 8192;
@@ -49,10 +50,8 @@ impl Setup {
         Some(Self { firmware, key, other, _folder: folder })
     }
 
-    /// A client waits a tenth of its timeout for a valid challenge after each rejection of its key.
-    fn run(&self, arguments: &[&str], expected: &str) -> Output {
+    fn run(&self, arguments: &[&str], timeout_s: &str) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-        let timeout_s = if expected == OTHER_KEY { "20" } else { "600" };
         command
             .args(["connect", &self.firmware.port(), "--timeout-s", timeout_s])
             .args(arguments)
@@ -62,7 +61,7 @@ impl Setup {
 
     #[track_caller]
     fn does(&self, arguments: &[&str], expected: &str) {
-        let output = self.run(arguments, expected);
+        let output = self.run(arguments, TIMEOUT_S);
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(
             output.status.success() && text.contains(expected),
@@ -73,7 +72,18 @@ impl Setup {
 
     #[track_caller]
     fn refuses(&self, arguments: &[&str], expected: &str) {
-        let output = self.run(arguments, expected);
+        self.refuses_within(arguments, TIMEOUT_S, expected);
+    }
+
+    /// A client waits a tenth of its timeout for a valid challenge after each rejection of its key.
+    #[track_caller]
+    fn rejects_key(&self, arguments: &[&str]) {
+        self.refuses_within(arguments, "20", "the board's key differs from the key in the file");
+    }
+
+    #[track_caller]
+    fn refuses_within(&self, arguments: &[&str], timeout_s: &str, expected: &str) {
+        let output = self.run(arguments, timeout_s);
         let text = String::from_utf8(output.stderr).unwrap();
         assert!(!output.status.success() && text.contains(expected), "{arguments:?}: {text}");
     }
@@ -95,7 +105,7 @@ fn a_board_is_given_a_key_at_rest_and_from_then_on_takes_what_moves_it_from_who_
         }
         board.does(&["show"], "a key is set");
         board.does(&["stop"], "stopped");
-        board.refuses(&["check", "--key-file", &other], OTHER_KEY);
+        board.rejects_key(&["check", "--key-file", &other]);
         board.does(&["check", "--key-file", &key], "");
         board.does(&["set", "PDCTRL_MOD", "K_PARAM", "20", "--key-file", &key], "K_PARAM is 20");
         board.does(&["stop"], "stopped");
@@ -103,7 +113,7 @@ fn a_board_is_given_a_key_at_rest_and_from_then_on_takes_what_moves_it_from_who_
         board.does(&["stop"], "stopped");
     }
     board.does(&["key", "set", &other, "--key-file", &key], "a key is set");
-    board.refuses(&["key", "clear", "--key-file", &key], OTHER_KEY);
+    board.rejects_key(&["key", "clear", "--key-file", &key]);
     board.does(&["key", "clear", "--key-file", &other], OPEN);
     board.does(&["check"], "");
 }

@@ -2,12 +2,10 @@
 
 use drive::DriveReading;
 
-use crate::motion::{Motion, sum_at};
+use crate::motion::{LATE_S, Motion, sum_at};
 use crate::plant::Repetition;
 use crate::rig_file::{AxisHand, AxisSection};
 
-/// Tolerance for rounding of tick times, `s`.
-pub(super) const LATE_S: f64 = 1e-9;
 /// True state of an axis.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct AxisState {

@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use dimsart_core::limits::MAX_DOF;
 
-use super::axis::{Axis, AxisState, LATE_S};
+use super::axis::{Axis, AxisState};
 use super::body::Body;
+use crate::motion::LATE_S;
 use crate::plant::{JointMotorParameters, JointParameters, Repetition};
 
 /// Maximum delay of a command, ticks.

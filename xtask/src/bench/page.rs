@@ -4,7 +4,6 @@ use std::fmt::Write;
 
 use super::simulator::RUNS;
 use super::{Counts, LINUXCNC_CALL, Line, Simulator, USUAL};
-use crate::shell::command;
 use crate::table::table;
 
 const HEAD: &str = "\
@@ -22,10 +21,8 @@ equal bit by bit over 10 000 ticks (`dimsart-core/by-hand/src/lib.rs`).
 ";
 
 /// Returns the page's summary.
-pub(super) fn summary(counts: &Counts, simulated: &Simulator) -> String {
-    let rustc = command("rustc", ["--version"]).output().ok();
-    let rustc = rustc.and_then(|output| String::from_utf8(output.stdout).ok()).unwrap_or_default();
-    let mut page = format!("{HEAD}\nCompiler: {}\n", rustc.trim());
+pub(super) fn summary(rustc: &str, counts: &Counts, simulated: &Simulator) -> String {
+    let mut page = format!("{HEAD}\nCompiler: rustc {rustc}\n");
     section(&mut page, "Budgets", &budgets(counts));
     section(
         &mut page,

@@ -121,7 +121,7 @@ impl Registers {
     /// Read by the program.
     pub(super) fn read(&self, offset: u32, access: &mut Access<'_>) -> u32 {
         if self.facts(offset).is_none() {
-            access.violates(format!("{} is read, but there is no such register", self.name(offset)));
+            access.violates(format!("read of {}: no such register", self.name(offset)));
         }
         self.get(offset)
     }
@@ -129,7 +129,7 @@ impl Registers {
     /// Write by the program. A change of reserved bits is a violation.
     pub(super) fn write(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
         let Some(facts) = self.facts(offset) else {
-            access.violates(format!("{} is written, but there is no such register", self.name(offset)));
+            access.violates(format!("write to {}: no such register", self.name(offset)));
             return;
         };
         let reserved = (value ^ facts.reset) & !facts.mask;
