@@ -1,7 +1,7 @@
 //! Replaces a controller while the slave moves and while it pushes against the wall: by a transaction, and by stopping,
 //! changing and starting. Prints the largest force step as a table and draws the force.
 //!
-//! `cargo run --release -p dimsart --example takeover [FOLDER]`, with a folder for `takeover.svg` and `takeover.png`.
+//! `cargo run --release -p dimsart --example takeover [FOLDER]`, with a folder for `takeover.svg`.
 
 use std::error::Error;
 use std::path::Path;
@@ -115,9 +115,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         panels: moments.map(panel).into(),
         spans: Vec::new(),
     };
-    for file in write_figure(Path::new(&folder), &figure, &recording)? {
-        eprintln!("{}", file.display());
-    }
+    eprintln!("{}", write_figure(Path::new(&folder), &figure, &recording)?.display());
     Ok(())
 }
 

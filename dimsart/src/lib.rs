@@ -1,7 +1,7 @@
 //! The `dimsart` command: runs experiments of [`hil_sim`], plots them, bounds the cost of images and talks to controllers.
 //!
 //! ```text
-//!  hil_sim: Run { Outcome, Recording, Rig } ──▶ pictures ──▶ report: HTML, PNG, SVG, CSV, MCAP
+//!  hil_sim: Run { Outcome, Recording, Rig } ──▶ pictures ──▶ report: HTML, SVG, CSV, MCAP
 //!  cycles:  image ──▶ cycles, stamp: cost of a tick and of each module
 //!  a recording: signals.mcap ──▶ replay: identical bits, or the first difference
 //!  rows of a scheme ──▶ config: differences from the defaults or from another scheme

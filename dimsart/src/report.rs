@@ -1,11 +1,10 @@
-//! Report of a run: signals as CSV, pictures as PNG and SVG, and a page that shows them.
+//! Report of a run: signals as CSV, pictures as SVG, and a page that shows them.
 //!
 //! ```text
-//! folder/report.html ── shows ──▶ positions.svg, forces.svg, ..., timeline.svg (each with its .png)
+//! folder/report.html ── shows ──▶ positions.svg, forces.svg, ..., timeline.svg
 //!                    └─ links ──▶ signals.csv, or signals.mcap; recorder_….csv
 //! ```
 
-mod bitmap;
 mod bode;
 mod bus_timeline;
 mod contour;
@@ -117,7 +116,7 @@ pub struct Table {
 pub struct Written {
     /// The page to open first.
     pub page: PathBuf,
-    /// SVG and PNG of each picture, in the order of the page.
+    /// Pictures, in the order of the page.
     pub pictures: Vec<PathBuf>,
     /// One file per recorder.
     pub recorders: Vec<RecorderFile>,
@@ -164,7 +163,7 @@ pub fn write(
 ) -> Result<Written, ReportError> {
     make_folder(folder)?;
     let images = images(report);
-    bar.set_length(1 + 2 * images.len() as u64);
+    bar.set_length(1 + images.len() as u64);
     let figures = report.figures.iter().map(|figure| FigurePicture::new(figure, report.recording));
     let figures: Vec<FigurePicture<'_>> = figures.collect();
     let pictures = write_pictures(folder, report, &figures, stop, bar)?;
@@ -210,14 +209,14 @@ fn write_pictures(
         if is_stopped(stop) {
             return Err(ReportError::Stopped { folder: folder.to_owned() });
         }
-        written.extend(write_picture(folder, &figure.file_stem, picture, bar)?);
+        written.push(write_picture(folder, &figure.file_stem, picture, bar)?);
     }
     if let Some(bus) = &report.bus {
-        written.extend(write_picture(folder, BUS_STEM, bus, bar)?);
+        written.push(write_picture(folder, BUS_STEM, bus, bar)?);
     }
     if !report.tick_maps.is_empty() {
         let picture = TimelinePicture { maps: &report.tick_maps };
-        written.extend(write_picture(folder, TIMELINE_STEM, &picture, bar)?);
+        written.push(write_picture(folder, TIMELINE_STEM, &picture, bar)?);
     }
     Ok(written)
 }
@@ -226,11 +225,7 @@ fn write_pictures(
 ///
 /// # Errors
 /// [`ReportError`] names the file and the remedy.
-pub fn write_figure(
-    folder: &Path,
-    figure: &Figure,
-    recording: &Recording,
-) -> Result<[PathBuf; 2], ReportError> {
+pub fn write_figure(folder: &Path, figure: &Figure, recording: &Recording) -> Result<PathBuf, ReportError> {
     make_folder(folder)?;
     let picture = FigurePicture::new(figure, recording);
     write_picture(folder, &figure.file_stem, &picture, &ProgressBar::hidden())
@@ -240,7 +235,7 @@ pub fn write_figure(
 ///
 /// # Errors
 /// [`ReportError`] names the file and the remedy.
-pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<[PathBuf; 2], ReportError> {
+pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<PathBuf, ReportError> {
     make_folder(folder)?;
     write_picture(folder, BUS_STEM, bus, &ProgressBar::hidden())
 }
@@ -249,7 +244,7 @@ pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<[PathBuf; 2], Repor
 ///
 /// # Errors
 /// [`ReportError`] names the file and the remedy.
-pub fn write_cycles(folder: &Path, cycles: &CycleBars) -> Result<[PathBuf; 2], ReportError> {
+pub fn write_cycles(folder: &Path, cycles: &CycleBars) -> Result<PathBuf, ReportError> {
     make_folder(folder)?;
     write_picture(folder, CYCLES_STEM, cycles, &ProgressBar::hidden())
 }
@@ -258,7 +253,7 @@ pub fn write_cycles(folder: &Path, cycles: &CycleBars) -> Result<[PathBuf; 2], R
 ///
 /// # Errors
 /// [`ReportError`] names the file and the remedy.
-pub fn write_bode(folder: &Path, bode: &Bode) -> Result<[PathBuf; 2], ReportError> {
+pub fn write_bode(folder: &Path, bode: &Bode) -> Result<PathBuf, ReportError> {
     make_folder(folder)?;
     write_picture(folder, BODE_STEM, bode, &ProgressBar::hidden())
 }
@@ -267,7 +262,7 @@ pub fn write_bode(folder: &Path, bode: &Bode) -> Result<[PathBuf; 2], ReportErro
 ///
 /// # Errors
 /// [`ReportError`] names the file and the remedy.
-pub fn write_map(folder: &Path, map: &FieldMap) -> Result<[PathBuf; 2], ReportError> {
+pub fn write_map(folder: &Path, map: &FieldMap) -> Result<PathBuf, ReportError> {
     make_folder(folder)?;
     write_picture(folder, MAP_STEM, map, &ProgressBar::hidden())
 }
@@ -277,17 +272,15 @@ fn write_picture(
     stem: &str,
     picture: &impl Picture,
     bar: &ProgressBar,
-) -> Result<[PathBuf; 2], ReportError> {
-    let [svg, png] = picture_files(folder, stem);
-    let text = plot::svg(picture).map_err(|reason| content(&svg, &reason))?;
-    write_file(svg.clone(), text.as_bytes(), bar)?;
-    let bytes = plot::png(picture).map_err(|reason| content(&png, &reason))?;
-    write_file(png.clone(), &bytes, bar)?;
-    Ok([svg, png])
+) -> Result<PathBuf, ReportError> {
+    let path = picture_file(folder, stem);
+    let text = plot::svg(picture).map_err(|reason| content(&path, &reason))?;
+    write_file(path.clone(), text.as_bytes(), bar)?;
+    Ok(path)
 }
 
-fn picture_files(folder: &Path, stem: &str) -> [PathBuf; 2] {
-    ["svg", "png"].map(|extension| folder.join(format!("{stem}.{extension}")))
+fn picture_file(folder: &Path, stem: &str) -> PathBuf {
+    folder.join(format!("{stem}.svg"))
 }
 
 fn write_file(path: PathBuf, bytes: &[u8], bar: &ProgressBar) -> Result<(), ReportError> {

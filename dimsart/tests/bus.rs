@@ -248,9 +248,7 @@ fn a_full_bus_is_a_no_with_what_to_do() {
         (&serde_json::json!(false), 12)
     );
     assert!(figures["worst_load"].as_f64().unwrap() > 1.0);
-    for file in ["bus.svg", "bus.png"] {
-        assert!(folder.path().join(file).metadata().unwrap().len() > 1000, "{file}");
-    }
+    assert!(folder.path().join("bus.svg").metadata().unwrap().len() > 1000);
 }
 
 #[test]

@@ -53,7 +53,7 @@ fn without_a_command_the_shipped_scenario_runs_and_is_reported() {
     assert!(out.contains("stable") && out.contains("perceived stiffness (N/m)"), "{out}");
     assert!(out.ends_with("report: runs/latest/report.html\n"), "{out}");
     let written = folder.path().join("runs/latest");
-    for file in ["report.html", "signals.csv", "positions.svg", "forces.png", "energy.svg", "timeline.png"] {
+    for file in ["report.html", "signals.csv", "positions.svg", "forces.svg", "energy.svg", "timeline.svg"] {
         assert!(written.join(file).metadata().unwrap().len() > 1000, "{file}");
     }
 }

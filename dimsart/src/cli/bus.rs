@@ -99,7 +99,7 @@ impl Bus {
         if !self.no_picture
             && let Some(picture) = BusTimeline::of(&[medium], plan.period_ns())
         {
-            let [svg, _] = report::write_bus(&self.out, &picture)?;
+            let svg = report::write_bus(&self.out, &picture)?;
             say(self.json, out, |text| writeln!(text, "picture: {}", svg.display()))?;
         }
         if self.json {

@@ -212,7 +212,7 @@ fn turn(
         return Ok(());
     };
     let (figure, recording) = drawn.picture();
-    let [svg, _] = report::write_figure(folder, figure, recording)?;
+    let svg = report::write_figure(folder, figure, recording)?;
     report.pictures.extend(svg.file_name().map(|name| name.to_string_lossy().into_owned()));
     report.add([check]);
     Ok(())

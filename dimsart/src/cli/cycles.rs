@@ -140,7 +140,7 @@ impl Cycles {
         }
         say(self.json, out, |text| print(text, &figures))?;
         if !self.no_picture {
-            let [svg, _] = report::write_cycles(&self.out, &figures.bars())?;
+            let svg = report::write_cycles(&self.out, &figures.bars())?;
             say(self.json, out, |text| writeln!(text, "picture: {}", svg.display()))?;
         }
         if self.json {

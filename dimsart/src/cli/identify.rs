@@ -157,7 +157,7 @@ impl Identify {
             let [unit, _] = units(turns);
             let title = format!("{}: position over force, as recorded", joint.name);
             let bode = Bode { title, unit: unit.to_owned(), points: points.clone() };
-            let [svg, _] = report::write_bode(folder, &bode)?;
+            let svg = report::write_bode(folder, &bode)?;
             say(self.json, out, |text| writeln!(text, "picture: {}", svg.display()))?;
         }
         if self.json {

@@ -160,7 +160,7 @@ fn check(told: &Configuration, folder: &Path, out: &mut impl Write) -> Ending {
     }
     writeln!(out, "{table}")?;
     let (figure, recording) = picture(told, &found);
-    let [svg, _] = report::write_figure(folder, &figure, &recording)?;
+    let svg = report::write_figure(folder, &figure, &recording)?;
     writeln!(out, "picture: {}", svg.display())?;
     if found.iter().all(Follow::is_good) {
         return Ok(ExitCode::SUCCESS);

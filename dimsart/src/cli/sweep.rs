@@ -220,7 +220,7 @@ impl Sweep {
             let near = hil_sim::schemes::suggestion(&self.map, &known);
             format!("--map {}: unknown column; {near}. The rows are in {WHOLE_FILE}", self.map)
         })?;
-        let [svg, _] = report::write_map(&self.out, &map)?;
+        let svg = report::write_map(&self.out, &map)?;
         say(self.json, out, |text| writeln!(text, "map: {}", svg.display()))?;
         Ok(Some(svg))
     }

@@ -1,7 +1,7 @@
 //! Bode plot: gain and phase over frequency, grey where the coherence is low.
 
 use plotters::element::PathElement;
-use plotters::prelude::{DrawingBackend, FontStyle};
+use plotters::prelude::FontStyle;
 use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
@@ -65,12 +65,7 @@ impl Bode {
         (first, last.max(first + 0.1))
     }
 
-    fn draw_panel<B: DrawingBackend>(
-        &self,
-        area: &Area<B>,
-        panel: &Panel,
-        (top, bottom): (f64, f64),
-    ) -> Drawn<B> {
+    fn draw_panel(&self, area: &Area<'_>, panel: &Panel, (top, bottom): (f64, f64)) -> Drawn {
         let (first, last) = self.decades();
         let x =
             |frequency_hz: f64| LEFT + (RIGHT - LEFT) * (libm::log10(frequency_hz) - first) / (last - first);
@@ -116,7 +111,7 @@ impl Picture for Bode {
         (900, HEIGHT)
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw(&self, area: &Area<'_>) -> Drawn {
         let title = fitting(&self.title, WIDTH - 60.0, 20.0, FontStyle::Bold, BLACK);
         label(area, &self.title, (30.0, 26.0), HPos::Left, &title)?;
         let remark = "grey: coherence below 0.9";

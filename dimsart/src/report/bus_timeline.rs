@@ -3,7 +3,7 @@
 //! Time runs from left to right, one row per sender; a thin line marks each tick. Lost frames are red.
 
 use plotters::element::{PathElement, Rectangle};
-use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
+use plotters::prelude::{FontStyle, RGBColor};
 use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
@@ -129,7 +129,7 @@ impl BusTimeline {
         HEAD_HEIGHT + ROW_HEIGHT * f64::from(u32::try_from(self.rows.len()).unwrap_or(u32::MAX))
     }
 
-    fn draw_ticks<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw_ticks(&self, area: &Area<'_>) -> Drawn {
         let (start_ns, end_ns) = self.span_ns;
         let first = start_ns.div_ceil(self.period_ns);
         let digits = if self.period_ns.is_multiple_of(NS_PER_S / 1000) { 0 } else { 3 };
@@ -147,12 +147,7 @@ impl BusTimeline {
         Ok(())
     }
 
-    fn draw_row<B: DrawingBackend>(
-        &self,
-        area: &Area<B>,
-        row: &BusRow,
-        (index, top): (usize, f64),
-    ) -> Drawn<B> {
+    fn draw_row(&self, area: &Area<'_>, row: &BusRow, (index, top): (usize, f64)) -> Drawn {
         let right = f64::from(WIDTH) - RIGHT_MARGIN;
         if index % 2 == 0 {
             let band = [(px(MARGIN), px(top)), (px(right), px(top + ROW_HEIGHT))];
@@ -186,7 +181,7 @@ impl Picture for BusTimeline {
         (WIDTH, (0..).find(|pixels| f64::from(*pixels) >= high).unwrap_or(WIDTH))
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw(&self, area: &Area<'_>) -> Drawn {
         let title = fitting(&self.title, f64::from(WIDTH) - 2.0 * MARGIN, 24.0, FontStyle::Bold, BLACK);
         label(area, &self.title, (MARGIN, 32.0), HPos::Left, &title)?;
         let words = font(15.0, FontStyle::Normal, BLACK);

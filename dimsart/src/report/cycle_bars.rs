@@ -1,7 +1,7 @@
 //! Cycles of a tick and its parts as bars, relative to the sample period.
 
 use plotters::element::{PathElement, Rectangle};
-use plotters::prelude::{DrawingBackend, FontStyle};
+use plotters::prelude::FontStyle;
 use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
@@ -72,13 +72,7 @@ impl CycleBars {
     }
 
     /// Draws a row: the observed maximum is filled, the bound is an outline.
-    fn draw_row<B: DrawingBackend>(
-        &self,
-        area: &Area<B>,
-        (index, top): (usize, f64),
-        bar: &CycleBar,
-        full: u64,
-    ) -> Drawn<B> {
+    fn draw_row(&self, area: &Area<'_>, (index, top): (usize, f64), bar: &CycleBar, full: u64) -> Drawn {
         let middle = top + ROW_HEIGHT / 2.0;
         let name = fitting(&bar.name, NAME_WIDTH - 14.0, 15.0, FontStyle::Normal, BLACK);
         label(area, &bar.name, (MARGIN, middle), HPos::Left, &name)?;
@@ -103,7 +97,7 @@ impl Picture for CycleBars {
         (WIDTH, (0..).find(|pixels| f64::from(*pixels) >= high).unwrap_or(WIDTH))
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw(&self, area: &Area<'_>) -> Drawn {
         let title = fitting(&self.title, f64::from(WIDTH) - 2.0 * MARGIN, 22.0, FontStyle::Bold, BLACK);
         label(area, &self.title, (MARGIN, 32.0), HPos::Left, &title)?;
         let words = font(15.0, FontStyle::Normal, BLACK);

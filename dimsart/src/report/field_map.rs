@@ -1,7 +1,7 @@
 //! A map of results over two settings, one coloured field per combination.
 
 use plotters::element::{PathElement, Rectangle};
-use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
+use plotters::prelude::{FontStyle, RGBColor};
 use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
@@ -119,7 +119,7 @@ impl Picture for FieldMap {
         (WIDTH, HEIGHT)
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw(&self, area: &Area<'_>) -> Drawn {
         let (wide, high) = (f64::from(WIDTH) - LEFT - RIGHT, f64::from(HEIGHT) - TOP - BOTTOM);
         let title = fitting(&self.title, f64::from(WIDTH) - LEFT - RIGHT, 22.0, FontStyle::Bold, BLACK);
         label(area, &self.title, (LEFT, 34.0), HPos::Left, &title)?;

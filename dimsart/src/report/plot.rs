@@ -1,19 +1,15 @@
-//! Renders a picture as SVG text and PNG bytes, with an embedded font.
+//! Renders a picture as SVG text; an embedded font gives the widths of texts.
 //!
-//! Plotters uses whole pixels, so a picture is drawn [`FINENESS`] times larger than displayed: the view box of the SVG gives
-//! sub-pixel coordinates, averaging gives the PNG smooth edges.
+//! Plotters uses whole pixels, so a picture is drawn [`FINENESS`] times larger than displayed: the view box gives sub-pixel
+//! coordinates.
 
 use std::sync::Once;
 
 use plotters::coord::Shift;
 use plotters::drawing::DrawingAreaErrorKind;
-use plotters::prelude::{
-    DrawingArea, DrawingBackend, FontStyle, IntoDrawingArea, RGBColor, SVGBackend, TextStyle,
-};
+use plotters::prelude::{DrawingArea, FontStyle, IntoDrawingArea, RGBColor, SVGBackend, TextStyle};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, FontDesc, FontFamily, FontTransform, register_font};
-
-use super::bitmap::{self, Bitmap};
 
 /// Vertical offset of centred capitals, as a share of the text's size: a backend centres lower-case letters.
 const CAPITALS_RISE: f64 = 0.07;
@@ -21,7 +17,7 @@ const CAPITALS_RISE: f64 = 0.07;
 /// Canvas units per displayed pixel.
 const FINENESS: u32 = 3;
 
-/// A PNG uses `DejaVu Sans`; an SVG falls back to a font of the same width in its viewer.
+/// A viewer without `DejaVu Sans` falls back to a font of the same width.
 const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
 
 pub(super) const BLACK: RGBColor = RGBColor(0x1f, 0x25, 0x2b);
@@ -48,18 +44,18 @@ pub(super) fn color(index: usize) -> RGBColor {
 }
 
 /// Drawing area of a picture.
-pub(super) type Area<B> = DrawingArea<B, Shift>;
+pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Result of drawing on `B`.
-pub(super) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+/// Result of drawing.
+pub(super) type Drawn = Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// A picture that can be drawn on any backend.
+/// A picture.
 pub(super) trait Picture {
     /// Returns width and height in displayed pixels.
     fn size(&self) -> (u32, u32);
 
     /// Draws on a white `area` of this [`size`](Self::size); lengths are converted by [`px`].
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B>;
+    fn draw(&self, area: &Area<'_>) -> Drawn;
 }
 
 /// Converts displayed pixels to canvas units.
@@ -85,24 +81,24 @@ pub(super) fn font(size: f64, style: FontStyle, color: RGBColor) -> TextStyle<'s
 }
 
 /// Draws text, placed by its `horizontal` edge and the middle of its capitals.
-pub(super) fn label<B: DrawingBackend>(
-    area: &Area<B>,
+pub(super) fn label(
+    area: &Area<'_>,
     text: &str,
     (x, y): (f64, f64),
     horizontal: HPos,
     style: &TextStyle<'static>,
-) -> Drawn<B> {
+) -> Drawn {
     let middle = px(y + CAPITALS_RISE * shown_size(style));
     area.draw_text(text, &style.pos(Pos::new(horizontal, VPos::Center)), (px(x), middle))
 }
 
 /// Draws vertical text, placed by its middle.
-pub(super) fn upright_label<B: DrawingBackend>(
-    area: &Area<B>,
+pub(super) fn upright_label(
+    area: &Area<'_>,
     text: &str,
     (x, y): (f64, f64),
     style: &TextStyle<'static>,
-) -> Drawn<B> {
+) -> Drawn {
     let style = style.transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
     area.draw_text(text, &style, (px(x), px(y)))
 }
@@ -133,27 +129,6 @@ pub(super) fn text_width(text: &str, style: &TextStyle<'static>) -> f64 {
 /// # Errors
 /// An error of the drawing backend, as text.
 pub(super) fn svg(picture: &impl Picture) -> Result<String, String> {
-    let (wide, high) = picture.size();
-    let fine = (wide * FINENESS, high * FINENESS);
-    let mut text = String::new();
-    draw_on(SVGBackend::with_string(&mut text, fine), picture)?;
-    let [drawn, shown] = [fine, (wide, high)].map(|(w, h)| format!("width=\"{w}\" height=\"{h}\""));
-    Ok(text.replacen(&drawn, &shown, 1))
-}
-
-/// Renders the picture as the bytes of a PNG file.
-///
-/// # Errors
-/// An error of the drawing backend or the encoder, as text.
-pub(super) fn png(picture: &impl Picture) -> Result<Vec<u8>, String> {
-    let (wide, high) = picture.size();
-    let fine = (wide * FINENESS, high * FINENESS);
-    let mut canvas = vec![0; bitmap::byte_count(fine)];
-    draw_on(Bitmap::new(&mut canvas, fine), picture)?;
-    bitmap::encode(&canvas, (wide, high), FINENESS).map_err(|error| error.to_string())
-}
-
-fn draw_on<B: DrawingBackend>(backend: B, picture: &impl Picture) -> Result<(), String> {
     static FONTS: Once = Once::new();
     FONTS.call_once(|| {
         for (style, bytes) in
@@ -163,9 +138,16 @@ fn draw_on<B: DrawingBackend>(backend: B, picture: &impl Picture) -> Result<(), 
             let _ = register_font(FONT, style, bytes);
         }
     });
-    let area = backend.into_drawing_area();
-    area.fill(&WHITE.to_rgba())
-        .and_then(|()| picture.draw(&area))
-        .and_then(|()| area.present())
-        .map_err(|error| error.to_string())
+    let (wide, high) = picture.size();
+    let fine = (wide * FINENESS, high * FINENESS);
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, fine).into_drawing_area();
+        area.fill(&WHITE.to_rgba())
+            .and_then(|()| picture.draw(&area))
+            .and_then(|()| area.present())
+            .map_err(|error| error.to_string())?;
+    }
+    let [drawn, shown] = [fine, (wide, high)].map(|(w, h)| format!("width=\"{w}\" height=\"{h}\""));
+    Ok(text.replacen(&drawn, &shown, 1))
 }

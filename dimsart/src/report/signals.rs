@@ -9,7 +9,7 @@ use std::thread::JoinHandle;
 use clap::ValueEnum;
 
 use super::facts::RunFacts;
-use super::{BUS_STEM, PAGE_FILE, ReportError, TIMELINE_STEM, csv, make_folder, mcap, picture_files};
+use super::{BUS_STEM, PAGE_FILE, ReportError, TIMELINE_STEM, csv, make_folder, mcap, picture_file};
 use crate::recorder_files;
 use hil_sim::recording::Piece;
 
@@ -74,8 +74,7 @@ impl SignalsFile {
         format: SignalsFormat,
     ) -> Result<(Self, SyncSender<Piece>), ReportError> {
         make_folder(folder)?;
-        let pictures =
-            stems.iter().chain(&[BUS_STEM, TIMELINE_STEM]).flat_map(|stem| picture_files(folder, stem));
+        let pictures = stems.iter().chain(&[BUS_STEM, TIMELINE_STEM]).map(|stem| picture_file(folder, stem));
         let signals = SignalsKind::value_variants().iter().map(|kind| folder.join(kind.file_name()));
         for old in [folder.join(PAGE_FILE)].into_iter().chain(pictures).chain(signals) {
             match fs::remove_file(&old) {

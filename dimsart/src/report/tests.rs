@@ -92,7 +92,7 @@ fn everything_said_to_be_written_is_there() {
     let bar = ProgressBar::hidden();
     let written = write(&folder.path().join("new/run"), &report(&recording), &NEVER, &bar).unwrap();
     assert_eq!(bar.length(), Some(bar.position()), "the bar ends full");
-    assert_eq!(written.pictures.len(), 4);
+    assert_eq!(written.pictures.len(), 2);
     for path in written.pictures.iter().chain([&written.page]) {
         assert!(path.metadata().unwrap().len() > 0, "{} is empty", path.display());
     }
@@ -158,7 +158,7 @@ fn a_folder_that_cannot_be_made_is_named_with_the_way_out() {
 #[test]
 fn a_file_that_cannot_be_written_is_named() {
     let folder = tempfile::tempdir().unwrap();
-    let occupied = folder.path().join("positions.png");
+    let occupied = folder.path().join("timeline.svg");
     fs::create_dir(&occupied).unwrap();
     let recording = recording();
     let error = write(folder.path(), &report(&recording), &NEVER, &ProgressBar::hidden()).unwrap_err();

@@ -4,7 +4,7 @@
 //! open mark is a read. A type that is read before it is written wraps around: its reader gets the value of the previous tick.
 
 use plotters::element::{Circle, PathElement, Polygon, Rectangle};
-use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
+use plotters::prelude::{FontStyle, RGBColor};
 use plotters::style::text_anchor::HPos;
 use plotters::style::{Color, ShapeStyle};
 
@@ -100,7 +100,7 @@ impl Picture for TimelinePicture<'_> {
         (WIDTH, (0..).find(|pixels| f64::from(*pixels) >= high).unwrap_or(WIDTH))
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw(&self, area: &Area<'_>) -> Drawn {
         let title_style = font(24.0, FontStyle::Bold, BLACK);
         label(
             area,
@@ -128,7 +128,7 @@ fn lossless(count: usize) -> f64 {
     u32::try_from(count).map_or(f64::from(u32::MAX), f64::from)
 }
 
-fn draw_legend<B: DrawingBackend>(area: &Area<B>, y: f64) -> Drawn<B> {
+fn draw_legend(area: &Area<'_>, y: f64) -> Drawn {
     let style = font(15.0, FontStyle::Normal, BLACK);
     let shade = color(0);
     let mut x = MARGIN;
@@ -148,7 +148,7 @@ fn draw_legend<B: DrawingBackend>(area: &Area<B>, y: f64) -> Drawn<B> {
     label(area, "one tick, from left to right", (right, y), HPos::Right, &font(15.0, FontStyle::Normal, GREY))
 }
 
-fn draw_map<B: DrawingBackend>(area: &Area<B>, map: &TickMap, top: f64) -> Drawn<B> {
+fn draw_map(area: &Area<'_>, map: &TickMap, top: f64) -> Drawn {
     let columns = Columns::new(map);
     let rows_top = top + MAP_TITLE_HEIGHT + STEP_HEIGHT;
     let bottom = rows_top + ROW_HEIGHT * lossless(map.types.len()) + 6.0;
@@ -172,13 +172,7 @@ fn draw_map<B: DrawingBackend>(area: &Area<B>, map: &TickMap, top: f64) -> Drawn
 }
 
 /// Draws the head of a column.
-fn draw_step<B: DrawingBackend>(
-    area: &Area<B>,
-    name: &str,
-    (left, top): (f64, f64),
-    wide: f64,
-    shade: RGBColor,
-) -> Drawn<B> {
+fn draw_step(area: &Area<'_>, name: &str, (left, top): (f64, f64), wide: f64, shade: RGBColor) -> Drawn {
     let (gap, high) = (3.0, STEP_HEIGHT - 6.0);
     let corners = [(px(left + gap), px(top)), (px(left + wide - gap), px(top + high))];
     area.draw(&Rectangle::new(corners, shade.filled()))?;
@@ -215,7 +209,7 @@ fn wrap(name: &str, fits: impl Fn(&str) -> bool) -> Vec<String> {
     lines
 }
 
-fn draw_row<B: DrawingBackend>(area: &Area<B>, row: &TypeRow, columns: &Columns, y: f64) -> Drawn<B> {
+fn draw_row(area: &Area<'_>, row: &TypeRow, columns: &Columns, y: f64) -> Drawn {
     let shade = row.writer.map_or(GREY, color);
     let rule =
         [(px(MARGIN), px(y + ROW_HEIGHT / 2.0)), (px(f64::from(WIDTH) - MARGIN), px(y + ROW_HEIGHT / 2.0))];
@@ -257,19 +251,13 @@ fn draw_row<B: DrawingBackend>(area: &Area<B>, row: &TypeRow, columns: &Columns,
 }
 
 /// Draws a disc for a write, a ring for a read.
-fn mark<B: DrawingBackend>(
-    area: &Area<B>,
-    (x, y): (f64, f64),
-    radius: f64,
-    shade: RGBColor,
-    filled: bool,
-) -> Drawn<B> {
+fn mark(area: &Area<'_>, (x, y): (f64, f64), radius: f64, shade: RGBColor, filled: bool) -> Drawn {
     let at = (px(x), px(y));
     area.draw(&Circle::new(at, px(radius), shade.filled()))?;
     if filled { Ok(()) } else { area.draw(&Circle::new(at, px(radius - 2.4), WHITE.filled())) }
 }
 
-fn dashes<B: DrawingBackend>(area: &Area<B>, (start, end): (f64, f64), y: f64) -> Drawn<B> {
+fn dashes(area: &Area<'_>, (start, end): (f64, f64), y: f64) -> Drawn {
     let stroke: ShapeStyle = DELAYED.stroke_width(width(2.4));
     let mut x = start;
     while x < end {
@@ -280,7 +268,7 @@ fn dashes<B: DrawingBackend>(area: &Area<B>, (start, end): (f64, f64), y: f64) -
 }
 
 /// Draws an arrow head with its tip at `(x, y)`, pointing to later steps.
-fn arrow<B: DrawingBackend>(area: &Area<B>, (x, y): (f64, f64)) -> Drawn<B> {
+fn arrow(area: &Area<'_>, (x, y): (f64, f64)) -> Drawn {
     let corners = [(x, y), (x - 10.0, y - 5.5), (x - 10.0, y + 5.5)].map(|(x, y)| (px(x), px(y)));
     area.draw(&Polygon::new(corners, DELAYED.filled()))
 }

@@ -43,9 +43,7 @@ fn standard_output_is_json_with_every_figure_and_a_picture_is_drawn() {
         }
     }
     assert_eq!(figures["budget_cycles"], u64::from(firmware.clock_hz / firmware.tick_hz));
-    for file in ["cycles.svg", "cycles.png"] {
-        assert!(folder.path().join(file).metadata().unwrap().len() > 1000, "{file}");
-    }
+    assert!(folder.path().join("cycles.svg").metadata().unwrap().len() > 1000);
 }
 
 #[test]
