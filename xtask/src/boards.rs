@@ -1,6 +1,7 @@
 //! Board images: builds, checks and size budgets.
 
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 use boards::BOARDS;
 use boards::catalogue::{BoardInfo, CALLS};
@@ -8,6 +9,8 @@ use cycles::declared::Declared;
 use object::elf::FileHeader32;
 use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
+use serde::Deserialize;
+use serde_json::Value;
 
 use crate::budget_file::BudgetFile;
 use crate::emulator::emulate;
@@ -196,9 +199,28 @@ pub(crate) fn build_with(
     }
 }
 
-/// Stamps an image with its modules' costs and the side of its scheme.
+/// What `dimsart stamp` prints for programs.
+#[derive(Deserialize)]
+struct Stamped {
+    image: PathBuf,
+    side: String,
+    limit_cycles: u32,
+    /// Modules without a bound.
+    #[serde(rename = "unknown")]
+    _unknown: Vec<Value>,
+}
+
+/// Stamps an image with its modules' costs and the side of its scheme; checks what the command prints for programs.
 pub(crate) fn stamp(image: &Path, side: &str) -> Outcome {
-    run(command(dimsart()?, ["stamp"]).arg(image).args(["--side", side]))
+    let mut stamp = command(dimsart()?, ["stamp", "--json", "--side", side]);
+    let output = stamp.arg(image).stderr(Stdio::inherit()).output();
+    let output = output.map_err(|error| format!("cannot start dimsart: {error}"))?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    let is_it = |found: &Stamped| found.image == image && found.side == side && found.limit_cycles > 0;
+    match serde_json::from_str(&said) {
+        Ok(found) if output.status.success() && is_it(&found) => Ok(()),
+        _ => Err(format!("`dimsart stamp {}` ended with {}: {said}", image.display(), output.status)),
+    }
 }
 
 /// Checks the format of the boards' files, which `cargo fmt` does not find behind a macro.

@@ -46,6 +46,8 @@ The emulated board has no motor: encoders stand still. It was not compared with 
 
 /// Simulated time between two exchanges with the line.
 const PIECE_S: f64 = 1e-3;
+/// Simulated time after which a board answers.
+const START_S: f64 = 0.1;
 
 impl Emulate {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
@@ -75,6 +77,7 @@ fn serve(
     stop: &Arc<AtomicBool>,
     out: &mut impl Write,
 ) -> Result<(), Box<dyn std::error::Error>> {
+    bench.run_for(START_S)?;
     let port = format!("{SIMULATED}{}", bench.board.name);
     let [theirs, mut ours] = pipe::pair([Duration::from_millis(1), Duration::ZERO]);
     let _shared = SharedPort::new(&port, Box::new(theirs))?;
@@ -82,7 +85,7 @@ fn serve(
     out.flush()?;
     let mut pace = Pace::new(clock::now(), PIECE_S);
     while !stop.load(Ordering::Relaxed) {
-        if let Some(skipped) = pace.wait_or_skip(bench.time_s()) {
+        if let Some(skipped) = pace.wait_or_skip(bench.time_s() - START_S) {
             eprintln!("dimsart: {skipped}");
         }
         exchange(bench, &mut ours);

@@ -99,32 +99,9 @@ fn an_image_that_is_not_stamped_refuses_nothing() {
 }
 
 #[test]
-fn what_is_stamped_can_be_read_by_a_program() {
+fn a_missing_image_is_told_and_no_json_is_printed() {
     let missing =
         Command::new(env!("CARGO_BIN_EXE_dimsart")).args(["stamp", "no.elf", "--json"]).output().unwrap();
     assert!(missing.status.code() == Some(1) && missing.stdout.is_empty(), "{missing:?}");
-    let Some((_, path)) = images().into_iter().next() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let out = folder.path().join("stamped.elf");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-    let output = command.arg("stamp").arg(&path).arg("--out").arg(&out).arg("--json").output().unwrap();
-    assert!(output.status.success(), "{output:?}");
-    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!((&found["image"], &found["side"]), (&out.to_str().unwrap().into(), &"master".into()));
-    let image = StampedImage::read(&out).unwrap();
-    assert_eq!(found["limit_cycles"], image.limit_cycles());
-    assert!(
-        found["unknown"].is_array() && String::from_utf8(output.stderr).unwrap().contains("costs for rustc")
-    );
-}
-
-#[test]
-fn the_list_of_modules_says_what_they_cost_by_a_stamp() {
-    let Some((_, path)) = images().into_iter().next() else { return };
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-    let output = command.args(["modules", "PDCTRL_MOD", "--json", "--image"]).arg(&path).output().unwrap();
-    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let place = 1 + ALL.list().iter().position(|kind| kind.name == "PDCTRL_MOD").unwrap();
-    let (cycles, per_axis) = StampedImage::read(&path).unwrap().costs().unwrap()[place].line();
-    assert_eq!((&found[0]["cycles"], &found[0]["cycles_per_axis"]), (&cycles.into(), &per_axis.into()));
+    assert!(String::from_utf8(missing.stderr).unwrap().contains("no.elf"));
 }

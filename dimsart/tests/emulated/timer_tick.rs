@@ -48,13 +48,13 @@ fn noise_a_cut_frame_and_a_flood_are_survived() {
     pin_to_one_processor();
     let Some(firmware) = Firmware::start(false) else { return };
     let mut uart = firmware.uart();
-    let mut noise = vec![0; length(1_500, 10_000_000)];
+    let mut noise = vec![0; length(500, 10_000_000)];
     rand_pcg::Pcg32::seed_from_u64(3).fill_bytes(&mut noise);
     let mut buffer = [0; MAX_FRAME_BYTES];
     let request = encode_request(&Request::Status, 1, &mut buffer).unwrap();
     exchange(&mut uart, &noise, |_| {});
     exchange(&mut uart, &request[..request.len() / 2], |_| {});
-    exchange(&mut uart, &request.repeat(length(75, 2_000)), |_| {});
+    exchange(&mut uart, &request.repeat(length(25, 2_000)), |_| {});
     // A loaded host takes long to deliver the bytes that are still queued: each is a hand-over on one processor.
     let mut device = greet_after_queue(uart);
     let before = ticks(&mut device);

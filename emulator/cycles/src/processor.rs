@@ -242,8 +242,9 @@ impl<B: Bus> Processor<B> {
     /// # Errors
     /// [`MachineError::Stopped`] if the program does something that is not modelled.
     pub fn run_until(&mut self, cycle: u64) -> Result<(), MachineError> {
+        let code = Arc::clone(&self.code);
         while self.cycles < cycle {
-            self.step(cycle)?;
+            self.step_in(&code, cycle)?;
         }
         Ok(())
     }
@@ -253,6 +254,11 @@ impl<B: Bus> Processor<B> {
     /// # Errors
     /// [`MachineError::Stopped`].
     pub fn step(&mut self, limit: u64) -> Result<(), MachineError> {
+        self.step_in(&Arc::clone(&self.code), limit)
+    }
+
+    /// Like [`step`](Self::step). A separate reference to the code saves a copy of each instruction.
+    fn step_in(&mut self, code: &Code, limit: u64) -> Result<(), MachineError> {
         if self.cycles >= self.next_event {
             self.let_time_pass();
         }
@@ -260,7 +266,7 @@ impl<B: Bus> Processor<B> {
             self.take_interrupt();
         }
         match self.state {
-            State::Running => self.instruction().map_err(|stop| self.stopped(stop)),
+            State::Running => self.instruction(code).map_err(|stop| self.stopped(stop)),
             State::Sleeping | State::LockedUp => {
                 self.cycles = self.next_event.min(limit).max(self.cycles + 1);
                 Ok(())
@@ -318,8 +324,8 @@ impl<B: Bus> Processor<B> {
         self.bus.load(address, Width::Word, self.at()).unwrap_or(0)
     }
 
-    fn instruction(&mut self) -> Result<(), Stop> {
-        let Some((instruction, price)) = &self.code.at_behind(&mut self.last, self.address).copied() else {
+    fn instruction(&mut self, code: &Code) -> Result<(), Stop> {
+        let Some((instruction, price)) = code.at_behind(&mut self.last, self.address) else {
             return self.fault(Stop::NoCode);
         };
         self.cycles += self.bus.wait(self.address, self.cycles);

@@ -1,7 +1,7 @@
 //! A cache of flash lines with least-recently-used replacement.
 
-/// Entries of [`LeastRecent::places`], a power of 2.
-const PLACES: usize = 1024;
+/// Maximum entries of [`LeastRecent::places`], a power of 2: all lines of 512 KiB.
+const PLACES: usize = 1 << 16;
 
 /// A cached line, in a list from the least to the most recently used line.
 #[derive(Debug, Clone, Copy)]
@@ -13,35 +13,25 @@ struct Line {
 }
 
 /// Cached flash lines; the least recently used line is replaced.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct LeastRecent {
     lines: Vec<Line>,
     oldest: u8,
     newest: u8,
-    /// The likely index in `lines` for each line, by the lower bits of its number; correct for nearly all
-    /// lines.
-    places: Vec<u8>,
-}
-
-impl Default for LeastRecent {
-    fn default() -> Self {
-        Self { lines: Vec::new(), oldest: 0, newest: 0, places: vec![0; PLACES] }
-    }
+    /// Index in `lines` plus 1, by the lower bits of a line's number; 0 if it is not cached.
+    places: Vec<u16>,
 }
 
 impl LeastRecent {
     /// Uses a line and inserts it if missing. Returns whether it was cached. The cache holds `most` lines, up
     /// to 256.
+    #[inline]
     pub(super) fn take(&mut self, number: u32, most: u16) -> bool {
-        let entry = number as usize % PLACES;
-        let likely = self.places.get(entry).copied().unwrap_or(0);
-        let is_at = |place: &u8| self.line(*place).is_some_and(|line| line.number == number);
-        let found = Some(likely).filter(is_at).or_else(|| self.find(number));
+        let place = self.places.get(number as usize % PLACES).and_then(|entry| entry.checked_sub(1));
+        let place = place.and_then(|place| u8::try_from(place).ok());
+        let found = place.filter(|place| self.line(*place).is_some_and(|line| line.number == number));
         let place = found.unwrap_or_else(|| self.replace(number, most));
         self.renew(place);
-        if let Some(entry) = self.places.get_mut(entry) {
-            *entry = place;
-        }
         found.is_some()
     }
 
@@ -49,30 +39,35 @@ impl LeastRecent {
         self.lines.get(usize::from(place))
     }
 
-    fn find(&self, number: u32) -> Option<u8> {
-        let place = self.lines.iter().position(|line| line.number == number)?;
-        u8::try_from(place).ok()
+    fn set_entry(&mut self, number: u32, entry: u16) {
+        let index = number as usize % PLACES;
+        if index >= self.places.len() {
+            self.places.resize(index + 1, 0);
+        }
+        if let Some(place) = self.places.get_mut(index) {
+            *place = entry;
+        }
     }
 
     /// Inserts a line in a free place or replaces the least recently used line. Returns its index.
     fn replace(&mut self, number: u32, most: u16) -> u8 {
-        match u8::try_from(self.lines.len()) {
+        let place = match u8::try_from(self.lines.len()) {
             Ok(place) if u16::from(place) < most => {
                 let newest = self.newest;
-                if let Some(line) = self.lines.get_mut(usize::from(newest)) {
-                    line.newer = place;
-                }
+                self.set(newest, |line| line.newer = place);
                 self.lines.push(Line { number, older: newest, newer: place });
                 self.newest = place;
                 place
             }
             _ => {
-                if let Some(line) = self.lines.get_mut(usize::from(self.oldest)) {
-                    line.number = number;
-                }
+                let replaced = self.line(self.oldest).map(|line| line.number);
+                replaced.into_iter().for_each(|replaced| self.set_entry(replaced, 0));
+                self.set(self.oldest, |line| line.number = number);
                 self.oldest
             }
-        }
+        };
+        self.set_entry(number, u16::from(place) + 1);
+        place
     }
 
     /// Makes a line the most recently used line.
