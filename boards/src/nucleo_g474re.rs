@@ -54,7 +54,7 @@ use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep};
 
 #[cfg(all(feature = "ihm08m1", feature = "uart-link"))]
-compile_error!("the shield's encoder uses the UART's pins: disable `uart-link` or `ihm08m1`");
+compile_error!("the shield's encoder and the UART link use the same pins: disable `uart-link` or `ihm08m1`");
 
 const AXES: usize = if cfg!(feature = "ihm08m1") { 1 } else { TOOLING.axes };
 const CRYSTAL: Hertz = Hertz(24_000_000);

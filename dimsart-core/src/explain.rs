@@ -68,14 +68,14 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 if let Some(unit) = unit.filter(|_| value.is_finite()) {
                     write!(f, " (limit {:e})", unit.max_magnitude())?;
                 }
-                "lower its gains or check its inputs"
+                "lower the module's gains or check its inputs"
             }
             FaultCause::TimeExceeded { budget_cycles } => {
                 write!(f, "exceeded its budget of {budget_cycles} cycles per call")?;
                 "run `dimsart stamp` again, or shorten the interrupts"
             }
         };
-        write!(f, ": isolated with its dependents; {remedy}, then `reset`")
+        write!(f, ": isolated with the modules that depend on it; {remedy}, then `reset`")
     }
 
     fn finding(&self, f: &mut fmt::Formatter<'_>, finding: Finding) -> fmt::Result {
@@ -91,7 +91,7 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 self.party(f, first)?;
                 write!(f, " and ")?;
                 self.party(f, second)?;
-                write!(f, ": unplug one or bind its port to another signal (PORT_... command)")
+                write!(f, ": unplug one of the two, or bind its port to another signal (PORT_... command)")
             }
             Finding::Mismatch { module, port, signal, mismatch } => {
                 let port = self.port_name(module, port);
@@ -99,18 +99,18 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                 write!(f, "port {port} of {} is bound to {bound}, ", known.module_name(module))?;
                 self.difference(f, signal, mismatch)?;
                 let kind = known.module_name(ModuleRef { number: 1, ..module });
-                write!(f, ": bind it to a compatible signal (PORT_{port} command); ")?;
-                write!(f, "see `dimsart modules {kind}`")
+                write!(f, ": bind the port to a compatible signal (PORT_{port} command); ")?;
+                write!(f, "`dimsart modules {kind}` shows the ports")
             }
             Finding::Delay { signal, writer, reader, is_declared } => {
                 self.party(f, reader)?;
                 write!(f, " reads {} before ", known.signal_name(signal))?;
                 self.party(f, writer)?;
-                write!(f, " writes it, so it sees the last tick's value")?;
+                write!(f, " writes it, so the value is one tick old")?;
                 if is_declared {
                     write!(f, " (declared)")
                 } else if writer == reader {
-                    write!(f, ": bind one of its ports to another signal (PORT_... command)")
+                    write!(f, ": bind one of the module's ports to another signal (PORT_... command)")
                 } else {
                     write!(f, ": plug in the writer first")
                 }
@@ -126,7 +126,7 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
                     UnitRelation::Derivative => "the unit of the first divided by s",
                     UnitRelation::SameType => "the unit, format and shape of the first",
                 };
-                write!(f, ", but the second must have {expected}: ")?;
+                write!(f, ", but the second port must have {expected}: ")?;
                 write!(f, "bind one of these ports to a compatible signal (PORT_... command)")
             }
             Finding::SlowWriter { signal, writer, every_ticks } => {
@@ -137,18 +137,18 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
             Finding::MissingDelay { signal, writer, reader } => {
                 let [writer, reader] = [writer, reader].map(|module| known.module_name(module));
                 let signal = known.signal_name(signal);
-                write!(f, "{reader} needs {signal} of the last tick, but {writer} overwrites it first: ")?;
+                write!(f, "{reader} needs the last tick's {signal}, but {writer} overwrites it first: ")?;
                 write!(f, "plug in {reader} before {writer}")
             }
             Finding::LateStageRate { reader, writer, every_ticks } => {
                 let [writer, reader] = [writer, reader].map(|module| known.module_name(module));
-                write!(f, "{reader} needs {writer} in each of its ticks, but {writer} runs every ")?;
+                write!(f, "{reader} needs a new value from {writer} at every run, but {writer} runs every ")?;
                 write!(f, "{every_ticks} ticks: set EVERY_TICKS of {reader} to a multiple of {every_ticks}")
             }
             Finding::DuplicateLinkEnd { link, first, second } => {
                 let [first, second] = [first, second].map(|module| known.module_name(module));
                 write!(f, "{first} and {second} use the same end of link {link}: ")?;
-                write!(f, "set another link for one of them, or unplug it")
+                write!(f, "set another link for one of the two, or unplug one")
             }
         }
     }

@@ -68,9 +68,9 @@ impl core::fmt::Display for PacketError {
         match self {
             Self::Length { bytes } => write!(f, "invalid packet length: {bytes} bytes"),
             Self::Crc => write!(f, "wrong CRC: packet damaged or from another channel"),
-            Self::Counter => write!(f, "invalid counter 0: counters are 1 to 65535"),
-            Self::Class { found } => write!(f, "wrong class {found}: packets have class 3"),
-            Self::NoLink => write!(f, "no such link"),
+            Self::Counter => write!(f, "invalid packet counter 0: counters are 1 to 65535"),
+            Self::Class { found } => write!(f, "wrong message class {found}: packets have class 3"),
+            Self::NoLink => write!(f, "the link does not exist"),
         }
     }
 }

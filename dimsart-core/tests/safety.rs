@@ -615,7 +615,7 @@ fn limits_that_cannot_be_kept_are_refused_with_the_word_and_why() {
     assert_eq!(fault(InputLimits { rate_per_s, ..range }), Some(too_small));
     assert_eq!(
         too_small.to_string(),
-        "rate_per_s = 0.061875 is too small: its change per tick is lost in f32 rounding at 1000; set rate_per_s to 0.0625 or \
+        "rate_per_s = 0.061875 is too small: the change per tick is lost in f32 rounding at 1000; set rate_per_s to 0.0625 or \
          more, or narrow the range"
     );
     assert!(matches!(fault(InputLimits { rate_per_s: 1e9, ..none }), Some(LimitsFault::RateTooSmall { .. })));

@@ -104,13 +104,16 @@ impl core::fmt::Display for ExchangeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::TooLong(bytes) => {
-                write!(f, "frame of {bytes} bytes exceeds the limit of {MAX_FRAME_BYTES}: send less per tick")
+                write!(
+                    f,
+                    "frame of {bytes} bytes exceeds the limit of {MAX_FRAME_BYTES} bytes: send less per tick"
+                )
             }
             Self::SectionOverrun => {
-                write!(f, "section overruns its frame: peer does not speak this protocol")
+                write!(f, "section exceeds the end of its frame: build both sides from the same version")
             }
             Self::UnknownTag(tag) => {
-                write!(f, "unknown section {tag}: build both sides from the same version")
+                write!(f, "unknown frame section {tag}: build both sides from the same version")
             }
             Self::Outcome => write!(f, "unknown tick outcome: build both sides from the same version"),
         }

@@ -57,14 +57,22 @@ pub enum LoadError {
 impl core::fmt::Display for LoadError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Damaged => write!(f, "data corrupt: save it again"),
+            Self::Damaged => write!(f, "saved data corrupt: save the scheme again"),
             Self::Version { found } => {
-                write!(f, "layout {found}, but this image reads {SAVED_SCHEME_VERSION}: save it again")
+                write!(
+                    f,
+                    "saved in layout {found}, but this image reads {SAVED_SCHEME_VERSION}: save the scheme again"
+                )
             }
             Self::IncompatibleImage => {
-                write!(f, "saved by an image with other modules, parameters or data types: save it again")
+                write!(
+                    f,
+                    "saved by an image with other modules, parameters or data types: save the scheme again"
+                )
             }
-            Self::Refused { command, error } => write!(f, "command {command} refused: {error}"),
+            Self::Refused { command, error } => {
+                write!(f, "command {command} of the saved scheme refused: {error}")
+            }
         }
     }
 }

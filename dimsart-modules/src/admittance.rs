@@ -72,7 +72,7 @@ pub struct Admittance;
 
 impl Module for Admittance {
     const NAME: &'static str = "ADMITTANCE_MOD";
-    const SUMMARY: &'static str = "Admittance controller: external force to desired position.";
+    const SUMMARY: &'static str = "Admittance controller: converts an external force to a desired position.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

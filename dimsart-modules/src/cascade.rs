@@ -31,7 +31,7 @@ words! {
     pub parameters Settings {
         /// Anti-windup tracking time of the integral while the force is limited.
         tracking_time_s: f32 = real("TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1),
-        /// Add DES_VELOCITY and FEED_FORCE.
+        /// Add DES_VELOCITY to the velocity command and FEED_FORCE to the force.
         has_feed_forward: bool = structural_flag("FEED_FORWARD", false),
         /// `h / T_t`, at most 1.
         tracking: f32,

@@ -46,7 +46,7 @@ pub struct Clutch;
 
 impl Module for Clutch {
     const NAME: &'static str = "CLUTCH_MOD";
-    const SUMMARY: &'static str = "Clutch: holds the reference while open, resumes without a jump.";
+    const SUMMARY: &'static str = "Clutch: holds the reference while open and resumes without a jump.";
     type Settings = ();
     type Gains = Gains;
     type State = ();

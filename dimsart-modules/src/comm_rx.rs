@@ -133,7 +133,7 @@ impl Module for CommRx {
         visit.count(timeout, "TIMEOUT_TICKS", Unit::Tick, 0..=1_000_000, 20, summary);
         let summary = "Jitter buffer delay for STALE LIMITED and INTEGRAL.";
         visit.count(&mut settings.playout_ticks, "PLAYOUT_TICKS", Unit::Tick, 0..=1000, 0, summary);
-        let summary = "Single axis carried by the packets, without counters; 8: all axes.";
+        let summary = "Axis of single-axis packets, which have no counters; 8: all axes.";
         visit.structural_count(&mut settings.axis, "CRX_AXIS", Unit::One, AXES, ALL_AXES, summary);
     }
 

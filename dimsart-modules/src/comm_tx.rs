@@ -35,11 +35,11 @@ words! {
         link: u32 = structural_count("CTX_LINK", Unit::One, LINKS, 0),
         /// Channel to send on; 0 on a point-to-point link.
         channel: u32 = structural_count("CTX_CHANNEL", Unit::One, CHANNELS, 0),
-        /// Ticks per packet; a wave is averaged over them.
+        /// Ticks per packet; waves are averaged over these ticks.
         every_ticks: u32 = structural_count("CTX_EVERY", Unit::Tick, EVERY_TICKS, 1),
         /// Packets carry counters, from which the receiver recovers lost waves.
         has_counters: bool = structural_flag("CTX_COUNTERS", true),
-        /// Single axis to send, without counters; 8: all axes.
+        /// Single axis to send, in packets without counters; 8: all axes.
         axis: u32 = structural_count("CTX_AXIS", Unit::One, AXES, ALL_AXES),
         parts: Parts,
         content: Content,

@@ -100,8 +100,8 @@ impl Module for DelayedPassivity {
         settings.causality.parameter(visit);
         let summary = "Rate of drift correction for ADMITTANCE; 0: none.";
         visit.real(&mut settings.drift_rate_hz, "DRIFT_RATE", Unit::Hertz, 0.0..=1e3, 10.0, summary);
-        gains.parameters(visit, "Maximum stored energy reported by the peer.");
-        let summary = "Energy per axis that may be output before the peer reports it.";
+        gains.parameters(visit, "Maximum energy that the port stores from the peer's reports.");
+        let summary = "Energy per axis that the port may output before the peer reports it.";
         visit.real(&mut settings.credit_j, "CREDIT", Unit::Energy, 0.0..=100.0, 0.1, summary);
     }
 

@@ -33,7 +33,7 @@ use dimsart_core::{
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
-        /// Share of the tank sent to the peer per tick.
+        /// Share of the tank's energy sent to the peer per tick.
         share: f32 = real("SHARE", Unit::One, 0.0..=1.0, 0.01),
         rate_hz: f32,
     }
@@ -41,7 +41,7 @@ words! {
     pub parameters Gains {
         /// Energy below which the operator's motion fills the tank; 0: never.
         level_j: f32 = per_axis("LEVEL", Unit::Energy, 0.0..=100.0, 0.0),
-        /// Damping that fills the tank, at an empty tank.
+        /// Damping that fills the tank, when the tank is empty.
         damping: f32 = per_axis("D_PARAM", Unit::Damping, 0.0..=1e4, 5.0),
         /// Capacity of the tank; excess energy is discarded.
         energy_limit_j: f32 = per_axis("ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 1.0),

@@ -34,7 +34,7 @@ words! {
         stribeck_velocity: f32 = per_axis("STRIBECK_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.05),
         /// Viscous friction coefficient.
         viscous: f32 = per_axis("VISCOUS", Unit::Damping, 0.0..=1e4, 0.0),
-        /// Velocity at which the smoothed sign reaches 1.
+        /// Velocity at which the smoothed sign of the velocity reaches 1.
         sign_velocity: f32 = per_axis("SIGN_VELOCITY", Unit::Velocity, 1e-6..=1e3, 0.01),
         /// Share of the friction to compensate.
         compensation: f32 = per_axis("COMPENSATION", Unit::One, 0.0..=1.0, 1.0),

@@ -56,7 +56,7 @@ words! {
     pub parameters Gains {
         /// Standard deviation of the measured position.
         position_noise: f32 = per_axis("POSITION_NOISE", Unit::Position, 1e-9..=1e3, 1e-5),
-        /// Standard deviation per tick of the acceleration, or of its change.
+        /// Standard deviation per tick of the acceleration; CONSTANT_ACCELERATION: of its change.
         acceleration_noise: f32 = per_axis("ACCELERATION_NOISE", Unit::Acceleration, 1e-6..=1e6, 1.0),
         /// `1 - α`.
         kept: f32,

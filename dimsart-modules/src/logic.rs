@@ -39,7 +39,7 @@ words! {
         function: Function = structural_choice("FUNCTION"),
         /// Invert the input A.
         is_inverted: bool = flag("INVERT", false),
-        /// Delay of ON_DELAY and OFF_DELAY.
+        /// Delay time of the functions ON_DELAY and OFF_DELAY.
         delay_s: f32 = real("DELAY", Unit::Second, 0.0..=1e4, 0.1),
         delay_ticks: u32,
     }

@@ -35,7 +35,7 @@ words! {
     pub parameters Settings {
         /// Wave impedance b.
         impedance: f32 = real("B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0),
-        /// Tracking bandwidth of the robot; limited to b/m.
+        /// Tracking bandwidth of the robot; limited to B_PARAM / MASS in rad/s.
         bandwidth_hz: f32 = real("BANDWIDTH", Unit::Hertz, 1e-3..=1e3, 3.0),
         /// `sqrt(2 b)`.
         a: f32,

@@ -26,7 +26,7 @@ use dimsart_core::{Context, Declare, Input, Memory, Module, Output, PortSet, Uni
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
-        /// Number of samples to average; they occupy the Data Base.
+        /// Number of samples to average, which are stored in the Data Base.
         window_ticks: u32 = structural_count("WINDOW", Unit::Tick, 1..=60_000, 10),
     }
     /// State common to all axes.

@@ -12,7 +12,7 @@ use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Po
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
-        /// Output the law of the next tick, for WTRANSF_MOD with FORM IMPLICIT.
+        /// Output the control law of the next tick, for WTRANSF_MOD with FORM IMPLICIT.
         publishes_law: bool = structural_flag("LAW_OUTPUT", false),
     }
     /// Parameters of one axis.

@@ -22,7 +22,7 @@ choice! {
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
-        /// Number of rows kept.
+        /// Number of rows stored.
         length: u32 = structural_count("LENGTH", Unit::One, 1..=60_000, 100),
         /// Ticks per row.
         every_ticks: u32 = count("EVERY", Unit::Tick, 1..=1_000_000, 1),
@@ -30,13 +30,13 @@ words! {
         is_recording: bool = flag("RECORD", true),
         /// Trigger; OFF records continuously.
         trigger: Trigger = structural_choice("TRIGGER"),
-        /// Trigger level.
+        /// Signal level of the trigger.
         level: f32 = real("LEVEL", Unit::Any, f32::MIN..=f32::MAX, 0.0),
-        /// Index of the word, or axis of CONDITION, that triggers.
+        /// Index of the signal's word, or axis of CONDITION, that triggers.
         word: u32 = count("WORD", Unit::One, 0..=4095, 0),
         /// Rows recorded after the trigger.
         rows_after: u32 = count("AFTER", Unit::One, 0..=60_000, 50),
-        /// Trigger also if the signal is past LEVEL at the start.
+        /// Trigger immediately if the signal is past LEVEL at the start.
         is_level: bool = flag("AT_ONCE", false),
     }
     /// State common to all axes.

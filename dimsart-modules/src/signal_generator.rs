@@ -36,7 +36,7 @@ pub struct SignalGenerator;
 
 impl Module for SignalGenerator {
     const NAME: &'static str = "SIGGEN_MOD";
-    const SUMMARY: &'static str = "Generates a constant, step, sine, square or triangle.";
+    const SUMMARY: &'static str = "Generates a constant, step, sine, square or triangle signal.";
     type Settings = Settings;
     type Gains = Gains;
     type State = State;

@@ -38,7 +38,7 @@ words! {
     pub parameters Settings {
         /// Source of the target: parameter TARGET or port TARGET.
         source: Source = structural_choice("TARGET_FROM"),
-        /// Slow all axes to arrive together, on a straight line.
+        /// Slow down axes so that all arrive together, on a straight line.
         is_synchronised: bool = flag("SYNCHRONISED", false),
         period_s: f32,
         rate_hz: f32,

@@ -33,7 +33,7 @@ const POINTS: usize = 8;
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
-        /// Time to each point from the point before.
+        /// Travel time to each point from the previous point.
         times_s: [[f32; POINTS]; 1] = matrix("TIMES", Unit::Second, 1e-2..=1e4, 1.0),
         /// Number of points used.
         count: u32 = count("COUNT", Unit::One, 1..=8, 1),

@@ -52,7 +52,7 @@ pub struct WaveDrift;
 
 impl Module for WaveDrift {
     const NAME: &'static str = "WDRIFT_MOD";
-    const SUMMARY: &'static str = "Drift correction: reduces the outgoing wave to realign positions.";
+    const SUMMARY: &'static str = "Drift correction: reduces the outgoing wave to realign the two positions.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

@@ -92,7 +92,8 @@ pub struct WaveTransformer;
 
 impl Module for WaveTransformer {
     const NAME: &'static str = "WTRANSF_MOD";
-    const SUMMARY: &'static str = "Wave transformer: wave to desired position, force to wave.";
+    const SUMMARY: &'static str =
+        "Wave transformer: converts a wave to a desired position and a force to a wave.";
     type Settings = Settings;
     type Gains = ();
     type State = ();

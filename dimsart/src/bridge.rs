@@ -31,8 +31,8 @@ use taking::Taking;
 pub enum BridgeError {
     /// No router at this address.
     #[error(
-        "no Zenoh router at {router}: {reason}; start one (`zenohd`, in ROS 2 `ros2 run rmw_zenoh_cpp rmw_zenohd`), or \
-         give its address with --router, such as tcp/localhost:7447"
+        "no Zenoh router at {router}: {reason}; start a router (`zenohd`, in ROS 2 `ros2 run rmw_zenoh_cpp \
+         rmw_zenohd`), or give the router's address with --router, such as tcp/localhost:7447"
     )]
     NoRouter {
         /// Address of the router.
@@ -41,13 +41,15 @@ pub enum BridgeError {
         reason: String,
     },
     /// A name that is invalid in keys.
-    #[error("invalid name '{0}': use letters, digits, '_' and '-', starting with a letter")]
+    #[error(
+        "invalid station name or key prefix '{0}': use letters, digits, '_' and '-', starting with a letter"
+    )]
     Name(String),
     /// Two stations with the same name.
-    #[error("duplicate station name {0}: give each port a name, `NAME=PORT`")]
+    #[error("duplicate station name {0}: give each port its own name, `NAME=PORT`")]
     Twice(String),
     /// Another error of Zenoh.
-    #[error("Zenoh: {0}")]
+    #[error("Zenoh error: {0}")]
     Zenoh(String),
     /// A thread cannot be started.
     #[error("cannot start a thread for a station: {0}")]
@@ -151,7 +153,7 @@ fn open(router: &str) -> Result<Session, BridgeError> {
     }
     let no_router = |reason: String| BridgeError::NoRouter { router: router.to_owned(), reason };
     // Zenoh reports an invalid address with an error of its parser.
-    let no_place = |_| no_router("invalid address; the form is tcp/HOST:PORT".to_owned());
+    let no_place = |_| no_router("invalid address, expected tcp/HOST:PORT".to_owned());
     config.insert_json5("connect/endpoints", &serde_json::json!([router]).to_string()).map_err(no_place)?;
     zenoh::open(config).wait().map_err(|error| no_router(error.to_string()))
 }

@@ -30,7 +30,7 @@ pub enum BudgetError {
         name: String,
     },
     /// The budget file of the board is invalid.
-    #[error("boards/budgets/{name}.toml: {source}")]
+    #[error("invalid budget file boards/budgets/{name}.toml: {source}")]
     Wrong {
         /// The board.
         name: &'static str,

@@ -27,7 +27,7 @@ pub enum MotorError {
         source: std::io::Error,
     },
     /// Invalid TOML or keys.
-    #[error("{path}: {reason}")]
+    #[error("invalid motor configuration {path}: {reason}")]
     Text {
         /// The file.
         path: PathBuf,
@@ -35,7 +35,7 @@ pub enum MotorError {
         reason: String,
     },
     /// Invalid value.
-    #[error("{path}: {error}")]
+    #[error("invalid motor configuration {path}: {error}")]
     Value {
         /// The file.
         path: PathBuf,

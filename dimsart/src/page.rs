@@ -36,14 +36,18 @@ pub use page_device::{Hand, OpenLine};
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.
-const ASSETS: [(&str, &str, &str); 14] = [
+const ASSETS: [(&str, &str, &str); 18] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
+    ("/adding.js", "text/javascript", include_str!("page/assets/adding.js")),
     ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
+    ("/dom.js", "text/javascript", include_str!("page/assets/dom.js")),
     ("/fourier.js", "text/javascript", include_str!("page/assets/fourier.js")),
     ("/modules.js", "text/javascript", include_str!("page/assets/modules.js")),
+    ("/pending.js", "text/javascript", include_str!("page/assets/pending.js")),
     ("/recording.js", "text/javascript", include_str!("page/assets/recording.js")),
     ("/ring.js", "text/javascript", include_str!("page/assets/ring.js")),
+    ("/rows.js", "text/javascript", include_str!("page/assets/rows.js")),
     ("/scheme.js", "text/javascript", include_str!("page/assets/scheme.js")),
     ("/scope.js", "text/javascript", include_str!("page/assets/scope.js")),
     ("/sending.js", "text/javascript", include_str!("page/assets/sending.js")),
@@ -129,7 +133,8 @@ fn router(site: Arc<Site>) -> Router {
 async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> Response {
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
     if !host.is_some_and(|host| site.names().iter().any(|name| name == host)) {
-        return (StatusCode::FORBIDDEN, "this page is served only as 127.0.0.1 or localhost").into_response();
+        return (StatusCode::FORBIDDEN, "this page is available only at 127.0.0.1 and localhost")
+            .into_response();
     }
     let mut response = next.run(request).await;
     let headers = response.headers_mut();
@@ -161,7 +166,8 @@ async fn socket(
     let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok());
     let is_ours = origin.and_then(|origin| origin.strip_prefix("http://"));
     if !is_ours.is_some_and(|origin| site.names().iter().any(|name| name == origin)) {
-        return (StatusCode::FORBIDDEN, "refused: a WebSocket needs the origin of this page").into_response();
+        return (StatusCode::FORBIDDEN, "WebSocket refused: the origin of the request is not this page")
+            .into_response();
     }
     if !site.lets_in(&entry) {
         return no_token();

@@ -30,7 +30,7 @@ pub struct StampedImage {
 #[derive(Debug, thiserror::Error)]
 pub enum StampError {
     /// The file cannot be read or written.
-    #[error("{}: {source}; build an image with `cargo board BOARD`", path.display())]
+    #[error("cannot read or write image {}: {source}; build an image with `cargo board BOARD`", path.display())]
     File {
         /// The file.
         path: PathBuf,
@@ -45,7 +45,7 @@ pub enum StampError {
     },
     /// The stamp is too small.
     #[error(
-        "the image has room for {room} {what}, {wanted} needed: rebuild it from the sources of this command"
+        "the image has room for {room} {what}, {wanted} needed: rebuild the image from the sources of this command"
     )]
     NoRoom {
         /// Kind of data.

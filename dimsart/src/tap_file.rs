@@ -13,10 +13,10 @@ use hil_sim::recording::{Column, Piece};
 
 /// End of a recording: the signals changed.
 pub(crate) const OTHER_SIGNALS: &str =
-    "the signals of the scheme changed: recording ended, start another one";
+    "the signals of the scheme changed: recording ended, start another recording";
 
 /// End of a recording: the tick counter restarted.
-pub(crate) const BEGUN_ANEW: &str = "the device restarted: recording ended, start another one";
+pub(crate) const BEGUN_ANEW: &str = "the device restarted: recording ended, start another recording";
 
 /// A file for the rows of one set of signals.
 #[derive(Debug)]

@@ -69,7 +69,7 @@ fn what_a_full_bus_does_not_take_is_told_of_both_sides() {
     let [traffic] = &outcome.media[..] else { panic!("{:?}", outcome.media) };
     assert!(traffic.packets == 6000 && traffic.dropped > 100, "{traffic:?}");
     let is_told = |what: &str| outcome.faults.iter().any(|fault| fault.contains(what));
-    assert!(is_told("of the slave's 3000 packets dropped, queue full"), "{:?}", outcome.faults);
+    assert!(is_told("of the slave's 3000 packets dropped, send queue full"), "{:?}", outcome.faults);
     assert!(!is_told("of the master's"), "{:?}", outcome.faults);
 }
 

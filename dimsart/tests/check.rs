@@ -99,8 +99,8 @@ fn a_read_of_the_last_tick_is_listed_as_a_delay() {
         BILATERAL.replace("m&s      WTRANSF_MOD    B_PARAM         10", "all WTRANSF_MOD FORM PRINTED");
     let (status, out) = check(&rows, &["--side", "master"]);
     assert_eq!(status, Some(0), "{out}");
-    let delay = "  delay: PDCTRL_MOD reads DES_POSITION before WTRANSF_MOD writes it, so it sees the last \
-    tick's value";
+    let delay =
+        "  delay: PDCTRL_MOD reads DES_POSITION before WTRANSF_MOD writes it, so the value is one tick old";
     assert!(out.contains(delay), "{out}");
 }
 
@@ -131,7 +131,7 @@ fn a_typo_is_named_with_row_column_and_the_nearest_word() {
     const K: &str = "master   PDCTRL_MOD     K_PARAM         3000";
     const ON: &str = "m&s      MOD_ENG        MOD_ON          PDCTRL_MOD";
     for (row, instead, expected) in [
-        (K, "mastr PDCTRL_MOD K_PARAM 3000", "16:1: 'mastr' is not a side; did you mean 'master'?"),
+        (K, "mastr PDCTRL_MOD K_PARAM 3000", "16:1: 'mastr' is not a destination; did you mean 'master'?"),
         (K, "master PDCTL_MOD K_PARAM 3000", "16:8: 'PDCTL_MOD' is not a module; did you mean 'PDCTRL_MOD'?"),
         (
             K,
@@ -146,7 +146,7 @@ fn a_typo_is_named_with_row_column_and_the_nearest_word() {
             "16:26: expected a number from 0 to 1000000 N/m at the end of the row",
         ),
         (K, "master PDCTRL_MOD K_PARAM 1 2", "16:29: unexpected word '2' at the end of the row"),
-        (K, "master PDCTRL_MOD K_PARAM[3] 1", "16:19: no such axis: the device has 3, counted from 0"),
+        (K, "master PDCTRL_MOD K_PARAM[3] 1", "16:19: no such axis: the device has 3 axes, counted from 0"),
         (
             K,
             "master PDCTRL_MOD PORT_POSITION POSITON",
@@ -176,10 +176,10 @@ fn faults_of_the_whole_scheme_are_named_all_at_once() {
         "all PDCTRL_MOD PORT_POSITION CH1_WAVES\nall MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MOD_ON PCTRL_MOD",
     );
     for expected in [
-        "port POSITION of PDCTRL_MOD is bound to CH1_WAVES, which has the wrong unit, sqrt(W): bind it to a \
-         compatible signal (PORT_POSITION command); see `dimsart modules PDCTRL_MOD`",
-        "DES_FORCE has two providers, PDCTRL_MOD and PCTRL_MOD: unplug one or bind its port to another signal",
-        "PDCTRL_MOD reads CH1_WAVES before WTRANSF_MOD writes it, so it sees the last tick's value: plug in the \
+        "port POSITION of PDCTRL_MOD is bound to CH1_WAVES, which has the wrong unit, sqrt(W): bind the port to \
+         a compatible signal (PORT_POSITION command); `dimsart modules PDCTRL_MOD` shows the ports",
+        "DES_FORCE has two providers, PDCTRL_MOD and PCTRL_MOD: unplug one of the two, or bind its port to another signal",
+        "PDCTRL_MOD reads CH1_WAVES before WTRANSF_MOD writes it, so the value is one tick old: plug in the \
          writer first",
     ] {
         assert!(out.contains(&format!("\n  fault: {expected}")), "missing: {expected}\n{out}");
@@ -432,14 +432,12 @@ fn a_filter_s_frequency_above_its_rate_is_refused_with_the_maximum() {
     };
     assert_eq!(
         with("NOTCH_MOD FREQUENCY[1] 491"),
-        "fault: FREQUENCY[1] of NOTCH_MOD is 491 Hz, above 0.49 of the module's rate, 490.0 Hz: lower FREQUENCY"
+        "fault: FREQUENCY[1] of NOTCH_MOD is 491 Hz, above 0.49 × module rate = 490.0 Hz: lower FREQUENCY"
     );
     assert_eq!(with("NOTCH_MOD FREQUENCY 490"), "");
     let slow = with("LOWPASS_MOD ORDER SECOND|LOWPASS_MOD EVERY_TICKS 10");
     assert_eq!(slow.lines().count(), 3, "{slow}");
-    assert!(
-        slow.ends_with("is 100 Hz, above 0.49 of the module's rate, 49.0 Hz: lower FREQUENCY or EVERY_TICKS")
-    );
+    assert!(slow.ends_with("is 100 Hz, above 0.49 × module rate = 49.0 Hz: lower FREQUENCY or EVERY_TICKS"));
     assert_eq!(with("LOWPASS_MOD FREQUENCY 1e5"), "");
 }
 

@@ -120,7 +120,10 @@ fn an_account_that_there_is_none_of_is_null() {
         arguments.extend(["--set", setting]);
     }
     let [figures, out] = both(&arguments);
-    assert!(json(&figures)["energy_min_j"].is_null() && out.contains("needs waves on both sides"), "{out}");
+    assert!(
+        json(&figures)["energy_min_j"].is_null() && out.contains("requires wave variables on both sides"),
+        "{out}"
+    );
 }
 
 #[test]
@@ -194,7 +197,7 @@ fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
     assert_eq!(output.status.code(), Some(0));
     let figures = json(&text(&output.stdout));
     let fault = figures["faults"][0].as_str().unwrap();
-    assert!(fault.starts_with("stopped by the user at "), "{fault}");
+    assert!(fault.starts_with("run stopped by the user at "), "{fault}");
     let ticks = figures["ticks"].as_u64().unwrap();
     assert!(ticks > 1000, "nothing was run");
     let rows = fs::read_to_string(signals).unwrap().lines().count();
@@ -215,7 +218,7 @@ fn reported() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().to_str().unwrap();
     out(&["run", "--set", "duration_s=0.1", "--set", "link.carrier=can", "--out", path]);
-    assert_eq!(files(folder.path()).len(), 12, "{:?}", files(folder.path()));
+    assert_eq!(files(folder.path()).len(), 7, "{:?}", files(folder.path()));
     folder
 }
 
@@ -323,7 +326,10 @@ fn a_wrong_setting_is_named_with_what_is_right() {
         ("link.loss=lots", "is lots, must be a number from 0 to 1"),
         ("record.signals=['mastr']", "record.signals: unknown name 'mastr'; did you mean 'master'?"),
         ("record.signals=['master.DES_FORC']", "did you mean 'master.DES_FORCE'?"),
-        ("record.signals=['world', '']", "available: master, slave, world, and STATION.SIGNAL in each"),
+        (
+            "record.signals=['world', '']",
+            "available: master, slave, world; for one signal, write STATION.SIGNAL",
+        ),
         ("link.loss", "write key=value"),
         ("master.scheme=no.scheme", "cannot read scheme file no.scheme"),
         ("master.scheme=builtin:tabel1", "builtin:bilateral, "),
@@ -432,7 +438,7 @@ fn a_new_module_is_written_once_and_never_over_another_file() {
     assert!(fs::read_to_string(&file).unwrap().contains("impl Module for DampedSpring"));
     fs::write(&file, "my own work").unwrap();
     let message = refused(&["new-module", "damped-spring", "--folder", here], 1);
-    assert!(message.contains("choose another name; nothing was changed"), "{message}");
+    assert!(message.contains("no file was changed: choose another name"), "{message}");
     assert_eq!(fs::read_to_string(&file).unwrap(), "my own work");
     let message = refused(&["new-module", "spring", "--folder", "no/such/folder"], 1);
     assert!(message.contains("give another --folder"), "{message}");
@@ -465,7 +471,7 @@ fn a_project_has_its_law_and_takes_more() {
     let longer = read("src/modules/mod.rs");
     assert!(longer.contains("pub mod approach;\npub mod grip_force;\n"), "{longer}");
     let (status, said) = dimsart("gripper", &["new-module", "approach"]);
-    assert!(status == Some(1) && said.contains("nothing was changed"), "{said}");
+    assert!(status == Some(1) && said.contains("no file was changed"), "{said}");
     assert_eq!(read("src/modules/mod.rs"), longer);
     let (status, said) = dimsart("", &["new-project", "gripper"]);
     assert!(status == Some(1) && said.contains("already exists"), "{said}");

@@ -127,6 +127,6 @@ fn a_sine_is_refused_and_names_what_it_cannot_separate() {
     });
     let output = identify(&format!("time (s),arm.POSITION[0] (rad),arm.FORCE[0] (N·m)\n{sine}"));
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("cannot separate inertia") && said.contains("sweep"), "{said}");
+    assert!(said.contains("cannot separate the effects of inertia") && said.contains("sweep"), "{said}");
     assert_eq!(output.status.code(), Some(1), "{said}");
 }

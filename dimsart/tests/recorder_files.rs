@@ -69,7 +69,7 @@ fn a_rigs_recorder_has_its_file_until_a_run_without_one() {
     fs::write(path.join("my.toml"), JOINT.replace("builtin:joint", "my.scheme")).unwrap();
     let out = run(path, &["run", "my.toml", "--out", "out"]);
     assert_same(&path.join("out"), "joint", "DES_FORCE", 300);
-    let content = "300 rows of DES_FORCE, number 1300 to 1599";
+    let content = "300 rows of DES_FORCE, numbered 1300 to 1599";
     let name = "recorder_joint_RECORDER_MOD.csv";
     assert!(out.contains(&format!("\nrecorder: out/{name}: {content}\n")), "{out}");
     let page = fs::read_to_string(path.join("out/report.html")).unwrap();

@@ -160,7 +160,8 @@ fn rows_of_other_settings_are_not_gone_on_with() {
         [sweep("joint", "duration_s=0.3", "seed=1,2"), sweep("rokviss", "duration_s=0.2", "seed=1,2")]
     {
         let message = String::from_utf8_lossy(&other.stderr);
-        let is_refused = message.contains("have other settings: give another folder with --out");
+        let is_refused =
+            message.contains("differ from the settings of this sweep: give another folder with --out");
         assert!(other.status.code() == Some(1) && is_refused, "{message}");
     }
     let more = sweep("joint", "duration_s=0.2", "seed=1,2,3");

@@ -153,7 +153,7 @@ fn a_joint_is_seen_armed_tuned_stopped_and_left() {
     top.wait_for_text("joint may move: arm?");
     top.press("y");
     top.wait_for_text("commands the device");
-    top.wait_for_text("ARMED from here");
+    top.wait_for_text("ARMED by this terminal");
     top.press("/k_param\r");
     top.wait_for_text("*K_PARAM 150 N·m/rad");
     top.press("\r");
@@ -204,7 +204,7 @@ fn a_request_to_terminate_gives_the_lease_and_the_terminal_back() {
     let mut top = Terminal::start(folder.path(), &[PORT]);
     top.wait_for_text("no client holds the lease");
     top.press("ay");
-    top.wait_for_text("ARMED from here");
+    top.wait_for_text("ARMED by this terminal");
     let id = i32::try_from(top.child.process_id().unwrap()).unwrap();
     rustix::process::kill_process(rustix::process::Pid::from_raw(id).unwrap(), rustix::process::Signal::TERM)
         .unwrap();

@@ -258,12 +258,12 @@ impl Configuration {
         require!(
             self.limits.speed_rad_per_s,
             ahead_rad <= FRAC_PI_4,
-            "at most an eighth of an electrical turn in 1.5 periods"
+            "at most one eighth of an electrical turn in 1.5 inverter periods"
         );
         require!(self.limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity");
         require!(self.inverter.period_s, is_positive(inverter.period_s), "above 0");
         let is_followed = inverter.period_s * TRACKING_RAD_PER_S <= MAX_TRACKING_SHARE;
-        require!(self.inverter.period_s, is_followed, "at most 150e-6 for the angle observer");
+        require!(self.inverter.period_s, is_followed, "at most 150e-6 s for the angle observer");
         require!(self.bandwidth_rad_per_s, is_positive(self.bandwidth_rad_per_s), "above 0");
         let is_slow = self.bandwidth_rad_per_s * inverter.period_s <= 1.0 / 3.0;
         require!(self.bandwidth_rad_per_s, is_slow, "at most a third of 1 / inverter.period_s");

@@ -32,7 +32,7 @@ mod tick_handover;
 #[cfg(all(feature = "b-g431b-esc1", feature = "control", feature = "signals", feature = "teleoperation"))]
 compile_error!(
     "the default modules do not fit b-g431b-esc1 with its drive: \
-     cargo board b-g431b-esc1,control,teleoperation --no-default-features"
+     run `cargo board b-g431b-esc1,control,teleoperation --no-default-features`"
 );
 
 use boards::{Board as _, Joints as _, Limits, Parts, Selected, handover};

@@ -278,11 +278,11 @@ impl BusPlan {
             // If it fits without errors, other remedies do not apply.
             return vec![if waiting > self.parameters.queue_frames {
                 format!(
-                    "increase the queue: the controller sends {waiting} frames at a time (--set \
+                    "increase the send queue: the controller sends {waiting} frames at a time (--set \
                     can.queue_frames={waiting})"
                 )
             } else {
-                "it fits only without errors: lower the bit error rate (cable, termination, bit rate), or \
+                "the traffic fits only without bit errors: lower the bit error rate (cable, termination, bit rate), or \
                 reduce joints, words or packet rate to leave room for retransmissions"
                     .to_owned()
             }];
@@ -304,7 +304,7 @@ impl BusPlan {
                 "use CAN FD with a data rate of {} Mbit/s (--carrier can_fd --set can.data_bits_per_s={rate})",
                 rate / 1_000_000
             )),
-            None => advice.push("CAN FD at 8 Mbit/s is not sufficient".to_owned()),
+            None => advice.push("reduce the load: even CAN FD at 8 Mbit/s is too slow".to_owned()),
         }
         let with = |joints: u32| {
             let joints = u16::try_from(joints).unwrap_or(0);

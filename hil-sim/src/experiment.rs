@@ -163,7 +163,7 @@ impl Experiment {
         let half_tick_s = 0.5 * self.rig.period_s();
         while self.rig.time_s() < self.duration_s - half_tick_s {
             if stop.load(Ordering::Relaxed) {
-                self.outcome.faults.push(format!("stopped by the user at {:.3} s", self.rig.time_s()));
+                self.outcome.faults.push(format!("run stopped by the user at {:.3} s", self.rig.time_s()));
                 break;
             }
             if self.rig.ticks().is_multiple_of(PROGRESS_TICKS) {
@@ -175,7 +175,7 @@ impl Experiment {
             self.rig.tick();
             if let Some((station, source)) = self.rig.trouble() {
                 broken = Some(ExperimentError::Emulated { station, source });
-                self.outcome.fail(format!("aborted at {:.3} s", self.rig.time_s()));
+                self.outcome.fail(format!("run aborted at {:.3} s", self.rig.time_s()));
                 break;
             }
             if self.observe() {

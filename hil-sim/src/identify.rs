@@ -85,8 +85,8 @@ impl std::fmt::Display for Quantity {
             Self::Inertia => "inertia",
             Self::Viscous => "viscous friction",
             Self::Coulomb => "Coulomb friction",
-            Self::WeightSine => "weight with sin q",
-            Self::WeightCosine => "weight with cos q",
+            Self::WeightSine => "weight (sin q)",
+            Self::WeightCosine => "weight (cos q)",
             Self::Constant => "constant force",
             Self::Lateness => "delay of the force",
         })
@@ -119,7 +119,7 @@ pub struct Identified {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
     /// NaN or infinite data.
-    #[error("position or force of tick {tick} is not finite")]
+    #[error("position or force at tick {tick} is NaN or infinite: correct the recording")]
     NotFinite {
         /// First invalid tick.
         tick: usize,
@@ -143,8 +143,8 @@ pub enum IdentifyError {
         window_s: f64,
     },
     /// Quantities not separable, or position too coarse.
-    #[error("this motion cannot separate {}: sweep over a wider frequency and position range, or use a finer \
-    encoder", quantities.iter().map(Quantity::to_string).collect::<Vec<_>>().join(", "))]
+    #[error("the recorded motion cannot separate the effects of {}: sweep over a wider frequency and position \
+    range, or use a finer encoder", quantities.iter().map(Quantity::to_string).collect::<Vec<_>>().join(", "))]
     NotSeparable {
         /// Quantities without estimate.
         quantities: Vec<Quantity>,

@@ -19,7 +19,7 @@ pub(crate) enum Motion {
 
 /// Invalid samples file.
 #[derive(Debug, thiserror::Error)]
-#[error("samples in {}: {reason}", path.display())]
+#[error("samples file {}: {reason}", path.display())]
 pub struct SamplesError {
     /// The file.
     pub path: PathBuf,
@@ -175,19 +175,22 @@ fn read_samples(path: &Path) -> Result<Vec<(f64, f64)>, SamplesError> {
         };
         match number(0).zip(number(1)) {
             Some((time_s, _)) if rows.last().is_some_and(|(last_s, _)| *last_s >= time_s) => {
-                return Err(refuse(format!("row {} goes back in time to {time_s} s", place + 1)));
+                return Err(refuse(format!(
+                    "the time of row {}, {time_s} s, is not after the row above: sort by time",
+                    place + 1
+                )));
             }
             Some(row) => rows.push(row),
             None if place == 0 => {}
             None => {
                 return Err(refuse(format!(
-                    "row {} is invalid, expected two finite numbers: time in s and value",
+                    "row {} is invalid: write two finite numbers, the time in s and the value",
                     place + 1
                 )));
             }
         }
     }
-    if rows.is_empty() { Err(refuse("no rows".to_owned())) } else { Ok(rows) }
+    if rows.is_empty() { Err(refuse("no samples: write rows of time, value".to_owned())) } else { Ok(rows) }
 }
 
 #[cfg(test)]
@@ -242,6 +245,6 @@ mod tests {
         let path = folder.path().join("path.csv");
         std::fs::write(&path, "time (s), value\n0, 1\n1, 2\n0.5, 3\n").unwrap();
         let error = read_samples(&path).unwrap_err().to_string();
-        assert!(error.contains("row 4 goes back in time"), "{error}");
+        assert!(error.contains("the time of row 4, 0.5 s, is not after the row above"), "{error}");
     }
 }

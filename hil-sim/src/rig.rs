@@ -358,7 +358,7 @@ pub enum AuthenticationFailure {
     #[error("{0}")]
     Refused(AuthError),
     /// The packet has a tag and there is no guard.
-    #[error("the packet is authenticated but this side has no key")]
+    #[error("the packet is authenticated, but this controller has no key")]
     MissingKey,
 }
 

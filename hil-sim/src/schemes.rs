@@ -69,7 +69,7 @@ pub struct SchemeText {
 #[derive(Debug, thiserror::Error)]
 pub enum SchemeFileError {
     /// Cannot read the file.
-    #[error("cannot read scheme file {name}: {source}; use another path, or one of {}", built_in_names())]
+    #[error("cannot read scheme file {name}: {source}; correct the path, or use one of {}", built_in_names())]
     Unreadable {
         /// The file.
         name: String,
@@ -77,7 +77,7 @@ pub enum SchemeFileError {
         source: std::io::Error,
     },
     /// `builtin:` with an unknown name.
-    #[error("unknown scheme {name}; use one of {}, or the path of a file", built_in_names())]
+    #[error("unknown scheme {name}; use the path of a file, or one of {}", built_in_names())]
     UnknownScheme {
         /// The name as written.
         name: String,
@@ -143,7 +143,7 @@ pub fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
 pub fn suggestion(word: &str, known: &[String]) -> String {
     match nearest(word, known) {
         Some(near) => format!("did you mean '{near}'?"),
-        None if known.is_empty() => "none available".to_owned(),
+        None if known.is_empty() => "no names available".to_owned(),
         None => format!("available: {}", known.join(", ")),
     }
 }

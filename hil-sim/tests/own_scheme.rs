@@ -97,7 +97,7 @@ fn a_bad_row_is_an_error_with_a_setting_over_it_too() {
     assert!(message.contains("own.scheme:9:41: '1OOO' is not a number from 0 to 1000000"), "{message}");
     let no_axis = OWN.replace("K_PARAM[1]", "K_PARAM[2]");
     let message = run(&no_axis, &["master.stiffness_n_per_m=1500"]).unwrap_err();
-    assert!(message.contains("no such axis: the device has 2, counted from 0"), "{message}");
+    assert!(message.contains("no such axis: the device has 2 axes, counted from 0"), "{message}");
 }
 
 #[test]

@@ -577,7 +577,7 @@ fn a_wrong_parameter_is_refused_with_its_name() {
     let text = RigFile::shipped("joint").unwrap();
     for (parameter, expected) in [
         ("name = 'load', keys = []", "parameter 'load': sets no keys"),
-        ("name = 'duration_s', keys = ['seed']", "parameter 'duration_s': a key of this name exists"),
+        ("name = 'duration_s', keys = ['seed']", "parameter 'duration_s': the rig has a key of this name"),
         (
             "name = 'load', keys = ['device.joint.delay']",
             "parameter 'load': unknown key `device.joint.delay`",

@@ -45,9 +45,9 @@ fn a_loop_that_has_hardly_begun_to_grow_is_not_stable() {
     assert!((free.growth_per_tick.unwrap() - 1.000_283).abs() < 1e-5, "{free:?}");
     let says = |part: &str| outcome.faults.iter().any(|fault| fault.contains(part));
     assert!(
-        says("the loop free is unstable: it grows by a factor of 1.0002")
+        says("the loop (free) is unstable: disturbances grow by a factor of 1.0002")
             && says(
-                "doubles in \
+                "double in \
     2.4"
             ),
         "{:?}",

@@ -168,7 +168,7 @@ const CAN: PinGroup = PinGroup {
     pins: &[
         Pin::input("PA11", 9, "CAN RX", "CANH and CANL after the transceiver")
             .noting("FDCAN 1")
-            .showing("as TX, and frames of other nodes"),
+            .showing("as CAN TX, and frames of other nodes"),
         Pin::output("PB9", 9, "CAN TX", "CANH and CANL after the transceiver")
             .noting("FDCAN 1")
             .showing(RECESSIVE),

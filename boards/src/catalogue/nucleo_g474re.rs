@@ -127,7 +127,7 @@ const CAN: PinGroup = PinGroup {
     pins: &[
         Pin::input("PA11", 9, "CAN RX", "CN10-14")
             .noting("FDCAN 1")
-            .showing("as TX, and frames of other nodes; without a transceiver high only with a pull-up"),
+            .showing("as CAN TX, and frames of other nodes; without a transceiver, high only with a pull-up"),
         Pin::output("PA12", 9, "CAN TX", "CN10-12").noting("FDCAN 1").showing(RECESSIVE),
     ],
 };

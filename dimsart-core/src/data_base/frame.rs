@@ -42,16 +42,16 @@ impl core::fmt::Display for FrameError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Length { expected, found } => {
-                write!(f, "frame has {found} words, the device's types have {expected}")
+                write!(f, "frame has {found} words, but the device's data types need {expected}")
             }
             Self::NotFinite { signal, word } => {
-                write!(f, "word {word} of type {} is NaN or infinite", signal.id)
+                write!(f, "word {word} of data type {} is NaN or infinite", signal.id)
             }
             Self::Implausible { signal, word, bits } => {
                 let value = f32::from_bits(*bits);
                 write!(
                     f,
-                    "word {word} of type {} is {value}: out of the sensor's range, or changed too fast",
+                    "word {word} of data type {} is {value}: out of the sensor's range, or changed too fast",
                     signal.id
                 )
             }

@@ -123,26 +123,26 @@ impl core::fmt::Display for DescriptorError {
             }
             Self::SameType { id, first, second } => write!(
                 f,
-                "duplicate type {id} at places {first} and {second} of the device's outputs and inputs: numbers and \
-                 names must be unique"
+                "duplicate data type {id}, entries {first} and {second} of the device's outputs and inputs: numbers and \
+                 names of types must be unique"
             ),
             Self::OwnType { id } => write!(
                 f,
-                "type {id} is not in the standard catalogue: number the device's own types from 0x8000"
+                "data type {id} is not in the standard catalogue: number the device's own types from 0x8000"
             ),
             Self::LimitsCount { expected, found } => write!(
                 f,
-                "{found} limits for {expected} inputs or words: give each input one entry, with limits for every word, \
-                 one for all, or none"
+                "{found} limits for {expected} inputs or words: declare one entry per input, with limits for each word, \
+                 one limit for all words, or none"
             ),
             Self::TooManyLimits { wanted } => {
-                write!(f, "limits for {wanted} words: the maximum is {MAX_LIMITED_WORDS}")
+                write!(f, "device declares limits for {wanted} words: the maximum is {MAX_LIMITED_WORDS}")
             }
             Self::OutputLimits { output } => write!(
                 f,
-                "limits of output {output}: the range must be finite, the rate above 0, the format f32"
+                "invalid limits of output {output}: the range must be finite, the rate above 0, the format f32"
             ),
-            Self::Limits { word, fault } => write!(f, "limits of input word {word}: {fault}"),
+            Self::Limits { word, fault } => write!(f, "invalid limits of input word {word}: {fault}"),
         }
     }
 }

@@ -69,13 +69,13 @@ impl core::fmt::Display for LimitsFault {
             Self::RateTooSmall { rate_per_s, at, min_per_s } => {
                 return write!(
                     f,
-                    "rate_per_s = {rate_per_s} is too small: its change per tick is lost in f32 rounding at {at}; set \
+                    "rate_per_s = {rate_per_s} is too small: the change per tick is lost in f32 rounding at {at}; set \
                      rate_per_s to {min_per_s} or more, or narrow the range"
                 );
             }
             Self::Coefficient => "the damping coefficient must be finite and above 0",
-            Self::NoVelocity => "damping needs one word per axis and a VELOCITY or POSITION output",
-            Self::Format => "range, rate and damping need format f32",
+            Self::NoVelocity => "damping needs one word per axis, and a device output VELOCITY or POSITION",
+            Self::Format => "range, rate and damping need a word of format f32",
         })
     }
 }

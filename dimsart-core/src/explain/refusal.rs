@@ -35,15 +35,22 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
             match known.filter(|known| known.kind_name(module.kind).is_some()) {
                 Some(known) if module.number > 0 => {
                     let name = known.module_name(ModuleRef { number: 1, ..module });
-                    write!(f, "the image has no {name}: build it with that module kind (docs/firmware.md)")
+                    write!(
+                        f,
+                        "the image has no {name}: build an image with this module kind (docs/firmware.md)"
+                    )
                 }
                 Some(known) => write!(
                     f,
-                    "invalid instance {}.0: instances start at 1",
+                    "invalid instance {}.0: instance numbers start at 1",
                     known.module_name(ModuleRef { number: 1, ..module })
                 ),
                 None => {
-                    write!(f, "the image has no module kind with id {}: build it with that kind", module.kind)
+                    write!(
+                        f,
+                        "the image has no module kind with id {}: build an image with this kind",
+                        module.kind
+                    )
                 }
             }
         }
@@ -81,16 +88,16 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
         }
         CommandError::Parameter(error) => parameter(f, error, known),
         CommandError::BreaksScheme(finding) => {
-            write!(f, "this would break the running scheme")?;
+            write!(f, "this command would break the running scheme")?;
             known.map_or(Ok(()), |known| write!(f, ": {}", Explanation::for_finding(known, finding)))
         }
         CommandError::HasFaults { faults } => {
-            write!(f, "the scheme does not match: {faults} fault(s)")
+            write!(f, "the scheme has {faults} fault(s) and does not start")
         }
         CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles } => {
             write!(
                 f,
-                "{} takes up to {cycles} cycles, the tick up to {tick_cycles}, the limit is {limit_cycles}: \
+                "with {} ({cycles} cycles), a tick takes up to {tick_cycles} cycles, the limit is {limit_cycles}: \
                  unplug another module first, use fewer axes, or bind signals with fewer words",
                 named(module)
             )
@@ -98,7 +105,7 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
         CommandError::CostUnknown(module) => {
             write!(
                 f,
-                "the image's stamp has no bound for {}: `dimsart stamp` prints the reason",
+                "the image's stamp has no cycle bound for {}: `dimsart stamp` prints the reason",
                 named(module)
             )
         }
@@ -140,8 +147,8 @@ pub(super) fn write<V: Vocabulary + ?Sized>(
         CommandError::TooManyWires => {
             write!(
                 f,
-                "too many ports or bindings: unplug a module, or drop the bindings of an unplugged one (MOD_INIT in \
-                 a scheme, `init` at a device)"
+                "the controller has too many ports or bindings: unplug a module, or drop the bindings of an unplugged \
+                 module (MOD_INIT in a scheme, `init` at a device)"
             )
         }
     }
@@ -156,13 +163,13 @@ fn parameter<V: Vocabulary + ?Sized>(
         (ParameterError::Unknown, _) => write!(f, "the module has no such parameter"),
         (ParameterError::WrongKind, _) => write!(f, "wrong type of value for this parameter"),
         (ParameterError::OutOfRange, _) => {
-            write!(f, "the value is out of range, or there is no such link (a board has 0 and 1)")
+            write!(f, "the value is out of range, or the link does not exist (a board has links 0 and 1)")
         }
         (ParameterError::ListFull, _) => {
             write!(f, "the channel is full: it carries at most {MAX_CHANNEL_TYPES} types")
         }
         (ParameterError::NoSuchEntry, Some(known)) => {
-            write!(f, "no such axis: the device has {}, counted from 0", known.axes().len())
+            write!(f, "no such axis: the device has {} axes, counted from 0", known.axes().len())
         }
         (ParameterError::NoSuchEntry, None) => {
             write!(
@@ -180,11 +187,14 @@ fn parameter<V: Vocabulary + ?Sized>(
         (ParameterError::Imprecise { percent }, _) => {
             write!(
                 f,
-                "in f32 these coefficients may change the DC gain by {percent} %: use LOWPASS_MOD, or a larger EVERY_TICKS"
+                "rounding to f32 may change the filter's DC gain by {percent} %: use LOWPASS_MOD, or a larger EVERY_TICKS"
             )
         }
         (ParameterError::NeedsCounters, _) => {
-            write!(f, "STALE LIMITED and INTEGRAL need CRX_COUNTERS ON, and CTX_COUNTERS ON at the peer")
+            write!(
+                f,
+                "STALE LIMITED and STALE INTEGRAL need CRX_COUNTERS ON, and CTX_COUNTERS ON at the peer"
+            )
         }
     }
 }

@@ -39,7 +39,7 @@ impl core::fmt::Display for LawRefusal {
                 "a module uses the law with this number: choose another number, or `close` the module first"
             ),
             Self::UnknownNumber => {
-                write!(f, "law number out of range: use a smaller number, from 1")
+                write!(f, "law number out of range: use a smaller number, at least 1")
             }
         }
     }

@@ -58,7 +58,7 @@ pub enum ProgramError {
         /// Index of the instruction.
         at: u8,
     },
-    /// An output is not written on every axis.
+    /// An output is not written for every axis.
     Output {
         /// Number of the output.
         output: u8,
@@ -68,12 +68,12 @@ pub enum ProgramError {
 impl core::fmt::Display for ProgramError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Damaged => write!(f, "wrong CRC: upload it again"),
+            Self::Damaged => write!(f, "wrong CRC: upload the law again"),
             Self::Version { found } => write!(
                 f,
-                "format {found} is not supported, the image reads {PROGRAM_VERSION}: compile it with the image's `dimsart`"
+                "the law has format {found}, the image reads {PROGRAM_VERSION}: compile the law with the image's `dimsart`"
             ),
-            Self::Size => write!(f, "wrong size: the limit is {PROGRAM_WORDS} words"),
+            Self::Size => write!(f, "wrong size of the law: the limit is {PROGRAM_WORDS} words"),
             Self::Port { port } => {
                 write!(f, "port {port}: the data type is unknown to the image, or is not one f32 per axis")
             }
@@ -85,7 +85,7 @@ impl core::fmt::Display for ProgramError {
             Self::Register { at } => write!(f, "instruction {at} reads an uninitialised register"),
             Self::Range { at } => write!(f, "instruction {at} has an operand out of range"),
             Self::Place { at } => write!(f, "instruction {at} is not allowed in its section"),
-            Self::Output { output } => write!(f, "output {output} is not written on every axis"),
+            Self::Output { output } => write!(f, "output {output} is not written for every axis"),
         }
     }
 }

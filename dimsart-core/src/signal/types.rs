@@ -39,10 +39,10 @@ catalogue! {
     13 TEMPERATURE        Celsius   F32 Vector "Measured board temperature of a drive.";
     14 DRIVE_FAULT        One       F32 Vector "Reason number of a drive's fault or limit; 0 for none.";
     15 DES_ACCELERATION   Acceleration F32 Vector "Desired acceleration.";
-    16 CH1_WAVES          Wave      F32 Vector "Outgoing wave, channel 1.";
-    17 CH2_WAVES          Wave      F32 Vector "Incoming wave, channel 2.";
-    18 CH1_TD_WAVES       Wave      F32 Vector "Channel 1 after its time delay.";
-    19 CH2_TD_WAVES       Wave      F32 Vector "Channel 2 after its time delay.";
+    16 CH1_WAVES          Wave      F32 Vector "Outgoing wave of channel 1.";
+    17 CH2_WAVES          Wave      F32 Vector "Incoming wave of channel 2.";
+    18 CH1_TD_WAVES       Wave      F32 Vector "Wave of channel 1 after the time delay.";
+    19 CH2_TD_WAVES       Wave      F32 Vector "Wave of channel 2 after the time delay.";
     20 FEED_FORCE         Force     F32 Vector "Force added to a controller's command.";
     21 EXTERNAL_FORCE     Force     F32 Vector "Estimated force of the environment on the device.";
     22 PORT_ENERGY        Energy    F32 Vector "Energy that has entered a port.";
@@ -50,12 +50,12 @@ catalogue! {
     24 LINE_FORCE         Force     F32 Vector "Force at the wave port, positive from master to slave.";
     25 LINE_VELOCITY      Velocity  F32 Vector "Velocity at the wave port.";
     26 CONTROL_STIFFNESS  Stiffness F32 Vector "Slope of the control law: change of force per desired position.";
-    27 CONTROL_MEMORY     Force     F32 Vector "Force that the law's state subtracts in the next tick.";
+    27 CONTROL_MEMORY     Force     F32 Vector "Force that the control law's state subtracts in the next tick.";
     32 LINK_AGE           Tick      U32 Scalar "Ticks since the last new packet.";
     33 LINK_LOST          One       U32 Scalar "Packets missing in the sequence: lost, or superseded by a newer one in the same tick.";
     34 LINK_ROUND_TRIP    Tick      U32 Scalar "Ticks from sending a packet to receiving its echo; 0 until known.";
     35 LINK_REFUSED       One       U32 Scalar "Discarded packets: superseded, old, duplicate, damaged, not finite or of wrong content.";
-    36 LINK_STATE         One       U32 Scalar "0 no new packet, 1 ok, 2 some lost, 3 repeated, 4 wrong sequence, 5 error, 6 timeout.";
+    36 LINK_STATE         One       U32 Scalar "Packet status: 0 no new packet, 1 ok, 2 some lost, 3 repeated, 4 wrong sequence, 5 error, 6 timeout.";
     37 LINK_JITTER        Tick      F32 Scalar "Jitter of the packets, smoothed (RFC 3550).";
     40 SIGNAL             Any       F32 Vector "A signal of any unit.";
     41 SIGNAL_OUT         Any       F32 Vector "Output computed from a signal of any unit.";
@@ -65,7 +65,7 @@ catalogue! {
     50 TICK_CYCLES_MAX    One       U32 Scalar "Processor cycles of the longest tick.";
     51 LATE_TICKS         Tick      U32 Scalar "Ticks that began late.";
     52 OVERRUN_TICKS      Tick      U32 Scalar "Ticks that ran past the start of the next tick.";
-    53 CAN_REJOINS        One       U32 Scalar "Times the board rejoined the CAN bus.";
+    53 CAN_REJOINS        One       U32 Scalar "Number of times the board rejoined the CAN bus.";
     54 SUPPLY_VOLTAGE     Volt      F32 Scalar "Measured supply voltage of the motor bridge.";
     55 BRIDGE_TEMPERATURE Celsius   F32 Scalar "Measured temperature of the motor bridge.";
     56 TICK_PERIOD        One       U32 Scalar "Processor cycles between the last two ticks.";
@@ -77,8 +77,8 @@ catalogue! {
     94 DES_TIP_FORCE      Newton    F32 Vector "Desired tip force along x, y, z.";
    120 FAR_POSITION       Position  F32 Vector "Position of a link's peer.";
    121 FAR_FORCE          Force     F32 Vector "Force of a link's peer.";
-   122 LINE_ENERGY        One       U32 Vector "Energy that has entered a link here, in counts of 2^-24 J; wraps.";
-   123 FAR_ENERGY         One       U32 Vector "Energy that has entered a link at its peer, in counts of 2^-24 J; wraps.";
+   122 LINE_ENERGY        One       U32 Vector "Energy that has entered a link at this end, in counts of 2^-24 J; the counter wraps.";
+   123 FAR_ENERGY         One       U32 Vector "Energy that has entered a link at the peer's end, in counts of 2^-24 J; the counter wraps.";
 }
 
 /// Timing of a device's own ticks. A device's outputs end with all of them, with the last ones, or with none.

@@ -354,7 +354,7 @@ fn stop_lets_the_scheme_be_rebuilt_and_the_check_starts_it_again() {
     bench.rows("MOD_ENG MOD_ON PIDCTRL_MOD");
     assert_eq!(
         bench.findings(),
-        ["RECORDER_MOD reads DES_FORCE before PIDCTRL_MOD writes it, so it sees the last tick's value: \
+        ["RECORDER_MOD reads DES_FORCE before PIDCTRL_MOD writes it, so the value is one tick old: \
          plug in the writer first"]
     );
     bench.rows("MOD_ENG MOD_OFF RECORDER_MOD\nMOD_ENG MOD_ON RECORDER_MOD\nMOD_ENG MATCHING_CHECK");

@@ -340,7 +340,7 @@ fn a_delay_says_what_it_wants_and_is_not_bound_anew_while_it_is_plugged_in() {
     assert_eq!(
         bench.findings(),
         [
-            "TIMEDELAY_MOD has SIGNAL_IN bound to I32_SQUARE and SIGNAL_OUT bound to I32_VECTOR.2, but the second must \
+            "TIMEDELAY_MOD has SIGNAL_IN bound to I32_SQUARE and SIGNAL_OUT bound to I32_VECTOR.2, but the second port must \
           have the unit, format and shape of the first: bind one of these ports to a compatible signal (PORT_... command)"
         ]
     );

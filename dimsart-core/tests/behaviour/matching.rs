@@ -102,14 +102,16 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
     let declared = findings.split_off(7);
     findings.sort_unstable();
     let fitting = |kind| {
-        format!("bind it to a compatible signal (PORT_POSITION command); see `dimsart modules {kind}`")
+        format!(
+            "bind the port to a compatible signal (PORT_POSITION command); `dimsart modules {kind}` shows the ports"
+        )
     };
-    let stale = "so it sees the last tick's value";
+    let stale = "so the value is one tick old";
     assert_eq!(
         findings,
         [
             "DES_FORCE has two providers, PCTRL_MOD and PDCTRL_MOD: \
-         unplug one or bind its port to another signal (PORT_... command)"
+         unplug one of the two, or bind its port to another signal (PORT_... command)"
                 .to_owned(),
             format!(
                 "RECORDER_MOD reads LINE_FORCE before WTRANSF_MOD writes it, {stale}: plug in the writer first"
@@ -171,7 +173,7 @@ fn a_comm_channel_bound_to_another_format_or_shape_is_a_fault() {
         bench.rows(&format!("{rows} {signal}\nMOD_ENG MOD_ON COMM_TXMOD"));
         let expected = format!(
             "port DATA_1 of COMM_TXMOD is bound to {signal}, which has the wrong {difference}: \
-             bind it to a compatible signal (PORT_DATA_1 command); see `dimsart modules COMM_TXMOD`"
+             bind the port to a compatible signal (PORT_DATA_1 command); `dimsart modules COMM_TXMOD` shows the ports"
         );
         assert_eq!(bench.findings(), [expected]);
     }
@@ -220,7 +222,7 @@ fn a_sum_of_different_units_is_a_fault() {
     let sum = |a, b, out| unit_faults("SUM_MOD", &[("A", a), ("B", b), ("SIGNAL_OUT", out)]);
     let fault = |first: &str, second: &str| {
         format!(
-            "SUM_MOD has {first} and {second}, but the second must have the unit of the first: \
+            "SUM_MOD has {first} and {second}, but the second port must have the unit of the first: \
              bind one of these ports to a compatible signal (PORT_... command)"
         )
     };
@@ -301,7 +303,7 @@ fn two_modules_at_one_end_of_a_link_are_a_fault() {
     assert_eq!(
         bench.findings(),
         [
-            "COMM_TXMOD and COMM_TXMOD.2 use the same end of link 0: set another link for one of them, or unplug it"
+            "COMM_TXMOD and COMM_TXMOD.2 use the same end of link 0: set another link for one of the two, or unplug one"
         ]
     );
     // In a running scheme, both plugging it in and changing its link are refused.
@@ -358,7 +360,7 @@ fn the_late_stage_of_the_transformer_follows_the_force_in_every_form() {
         let expected: Vec<_> = delays
             .iter()
             .map(|(reads, writer)| {
-                format!("{reads} before {writer} writes it, so it sees the last tick's value (declared)")
+                format!("{reads} before {writer} writes it, so the value is one tick old (declared)")
             })
             .collect();
         assert_eq!(bench.findings(), expected, "{rows}");
@@ -401,8 +403,8 @@ fn a_loop_within_the_tick_is_a_fault() {
     bench.rows("WTRANSF_MOD PORT_DES_FORCE LINE_FORCE\nMOD_ENG MOD_ON WTRANSF_MOD");
     assert_eq!(
         bench.findings(),
-        ["WTRANSF_MOD reads LINE_FORCE before WTRANSF_MOD writes it, so it sees the last tick's value: \
-         bind one of its ports to another signal (PORT_... command)"]
+        ["WTRANSF_MOD reads LINE_FORCE before WTRANSF_MOD writes it, so the value is one tick old: \
+         bind one of the module's ports to another signal (PORT_... command)"]
     );
 }
 

@@ -193,7 +193,7 @@ fn an_observer_behind_its_controller_is_refused_and_before_it_observes_nothing_w
     assert_eq!(
         bench.findings(),
         [
-            "DISTURBANCE_OBSERVER_MOD needs DES_FORCE of the last tick, but PDCTRL_MOD overwrites it first: plug in \
+            "DISTURBANCE_OBSERVER_MOD needs the last tick's DES_FORCE, but PDCTRL_MOD overwrites it first: plug in \
           DISTURBANCE_OBSERVER_MOD before PDCTRL_MOD"
         ]
     );

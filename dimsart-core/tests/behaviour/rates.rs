@@ -273,7 +273,7 @@ fn a_late_stage_that_would_read_an_old_value_is_refused() {
             let names = modules.first().zip(modules.get(1)).map(|(late, writer)| {
                 let [late, writer] = [late, writer].map(|rows| rows.split(' ').next().unwrap());
                 format!(
-                    "{late} needs {writer} in each of its ticks, but {writer} runs every {every} ticks: set \
+                    "{late} needs a new value from {writer} at every run, but {writer} runs every {every} ticks: set \
                      EVERY_TICKS of {late} to a multiple of {every}",
                     every = rates[1]
                 )

@@ -23,10 +23,10 @@ pub enum AuthError {
 impl core::fmt::Display for AuthError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
-            Self::Envelope(_) => "corrupt, or for another channel",
-            Self::NoTag => "not authenticated: the peer has no key",
+            Self::Envelope(_) => "message corrupt, or for another channel",
+            Self::NoTag => "message not authenticated: the peer has no key",
             Self::Replay => "replay of an earlier message",
-            Self::Tag => "invalid tag: forged, or the two sides have different keys",
+            Self::Tag => "invalid tag: message forged, or the two sides have different keys",
         })
     }
 }

@@ -92,12 +92,12 @@ impl core::fmt::Display for KeyRefusal {
             Self::Locked => f.write_str("the board is locked: pass its key file (--key-file FILE)"),
             #[cfg(feature = "auth")]
             Self::Damaged => f.write_str(
-                "the key stored in the board is corrupt, so it refuses all commands that change or move something: erase its \
-                 flash and flash it again",
+                "the key stored in the board is corrupt, so the board refuses all commands that change or move something: \
+                 erase and flash the board",
             ),
             #[cfg(feature = "auth")]
             Self::NotAccepted => f.write_str(
-                "sealed request refused: the board's key differs from the key in the file",
+                "sealed request refused: the board's key differs from the key in the file; pass the board's key file",
             ),
             #[cfg(feature = "auth")]
             Self::InUse => f.write_str(

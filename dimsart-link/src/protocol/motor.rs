@@ -139,29 +139,34 @@ pub enum IdentificationFailure {
 impl core::fmt::Display for IdentificationFailure {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Ended => f.write_str("motion ended early: the scheme was stopped, or the lease ended"),
+            Self::Ended => f.write_str(
+                "the identification ended early, because the scheme was stopped or the lease ended: start it again",
+            ),
             Self::SupplyTooLow => {
-                f.write_str("the supply cannot drive this current: check the motor's wires, or request less")
+                f.write_str("the supply cannot drive this current: check the motor's wires, or request a lower current")
             }
             Self::PhaseMismatch => f.write_str(
-                "current does not follow the voltage: a phase is open, or the wires or signs of the current sensors are swapped",
+                "the current does not follow the voltage: check for an open phase, and for swapped wires or \
+                 signs of the current sensors",
             ),
             Self::TooLittleCurrent(tenths) => write!(
                 f,
-                "too little current: dead time and back-EMF change it by more than a \
-                 quarter; request at least {}.{} A, and set limits.current_a at least as high",
+                "the current is too low: dead time and back-EMF change it by more than a \
+                 quarter; request at least {}.{} A, and set limits.current_a to this value or above",
                 tenths / 10,
                 tenths % 10
             ),
             Self::DidNotMove => f.write_str(
-                "the rotor did not turn: remove the load or request more current; check that the encoder is on this motor",
+                "the rotor did not turn: remove the load or request a higher current; \
+                 check that the encoder is on this motor",
             ),
             Self::Slipped => f.write_str(
-                "the rotation does not match a whole number of pole pairs: remove the load or request more current",
+                "the measured rotation does not match a whole number of pole pairs: \
+                 remove the load or request a higher current",
             ),
             Self::Drive(number) => match Reason::by_number(*number) {
                 Some(reason) => write!(f, "{reason}"),
-                None => write!(f, "unknown reason {number}"),
+                None => write!(f, "unknown drive fault {number}"),
             },
         }
     }
@@ -190,17 +195,18 @@ impl core::fmt::Display for MotorRefusal {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::InUse => {
-                "the configuration can only be changed at rest: disarm the client that holds the lease"
+                "the motor configuration can only be changed at rest: disarm the client that holds the lease"
             }
-            Self::Incomplete => "configuration incomplete: send it again",
+            Self::Incomplete => "the motor configuration arrived incomplete: send it again",
             Self::Invalid(MotorFallback::Layout) => {
-                "unknown configuration layout: use the `dimsart` that the image was built with"
+                "unknown layout of the motor configuration: use the `dimsart` that the image was built with"
             }
             Self::Invalid(_) => {
-                "a value is out of range, or this board does not support it (for example the type of encoder)"
+                "a value of the motor configuration is out of range, or this board does not support it \
+                 (for example the encoder type)"
             }
-            Self::NotRunning => "identification needs a running scheme: `check` starts it",
-            Self::Current => "the current must be greater than 0",
+            Self::NotRunning => "identification needs a running scheme: `check` starts the scheme",
+            Self::Current => "the identification current must be above 0 A",
         })
     }
 }

@@ -51,10 +51,10 @@ impl core::fmt::Display for Refusal {
         match self {
             Self::NotUnderstood => write!(
                 f,
-                "unknown request: the device speaks another protocol version. \
-                 Flash an image of this version, or use the `dimsart` that its image was built with"
+                "unknown request: the device uses another protocol version. \
+                 Flash an image of this version, or use the `dimsart` that the device's image was built with"
             ),
-            Self::NotFound => write!(f, "no such index on the device"),
+            Self::NotFound => write!(f, "the device has no entry with this index"),
             Self::TooLong => write!(f, "the response does not fit a frame: shorten the texts in the image"),
             Self::Engine(error) => error.fmt(f),
             Self::Store(error) => error.fmt(f),
@@ -63,7 +63,7 @@ impl core::fmt::Display for Refusal {
             Self::Lease { holder: 0 } => {
                 write!(
                     f,
-                    "the lease was released by STOP, a fault or a timeout, outputs at their safe value: `arm` again"
+                    "STOP, a fault or a timeout ended the lease, and the outputs moved to their safe values: `arm` again"
                 )
             }
             Self::Lease { holder } => {
@@ -78,7 +78,7 @@ impl core::fmt::Display for Refusal {
                 write!(f, "fault latched ({name}): remove the cause (see `faults`), then `reset`")
             }
             Self::Telemetry { client } => {
-                write!(f, "client {client} receives the telemetry: poll the signals instead")
+                write!(f, "client {client} already receives the telemetry: poll the signals instead")
             }
         }
     }

@@ -107,7 +107,7 @@ impl core::fmt::Display for StoreError {
         match self {
             Self::NoStorage => write!(f, "the device cannot store schemes"),
             Self::SchemeIsRunning => {
-                write!(f, "writing would delay the running scheme: `stop` it first")
+                write!(f, "writing to flash would delay the running scheme: `stop` the scheme first")
             }
             Self::TooLong => {
                 let most = crate::saved_scheme::MAX_SCHEME_BYTES;
@@ -116,13 +116,13 @@ impl core::fmt::Display for StoreError {
             Self::NoTrial => {
                 write!(
                     f,
-                    "no scheme is on trial: `save` one, restart the device, test the scheme, then confirm it"
+                    "no scheme is on trial: `save` a scheme, restart the device, test the scheme, then `confirm` it"
                 )
             }
             Self::Storage => {
                 write!(
                     f,
-                    "verification of the written data failed; earlier data is kept. \
+                    "the written data failed verification, and the device uses the earlier data. \
                      Try again; if this repeats, the flash is worn out or write-protected"
                 )
             }

@@ -116,14 +116,16 @@ enum Order {
 }
 
 fn order(query: &Query) -> Result<Order, String> {
-    const FORM: &str = r#"commands are JSON such as {"client": "planner", "do": "arm"}"#;
+    const FORM: &str = r#"expected JSON such as {"client": "planner", "do": "arm"}"#;
     let bytes = query.payload().map(|payload| payload.to_bytes()).unwrap_or_default();
-    let value: Value = serde_json::from_slice(&bytes).map_err(|error| format!("{error}; {FORM}"))?;
+    let value: Value =
+        serde_json::from_slice(&bytes).map_err(|error| format!("invalid JSON: {error}; {FORM}"))?;
     let text = |key: &str| value.get(key).and_then(Value::as_str);
     if text("do") == Some("stop") {
         return Ok(Order::Stop);
     }
-    let client = text("client").ok_or_else(|| format!("\"client\" is missing: give a name; {FORM}"))?;
+    let client =
+        text("client").ok_or_else(|| format!("missing key \"client\", the name of the client; {FORM}"))?;
     let mut hasher = DefaultHasher::new();
     client.hash(&mut hasher);
     let action = Action::deserialize(&value).map_err(|error| format!("invalid command: {error}; {FORM}"))?;
@@ -134,13 +136,16 @@ fn order(query: &Query) -> Result<Order, String> {
 fn place(query: &Query) -> Result<Option<Place>, String> {
     let number = |name: &str| {
         let text = query.parameters().get(name);
-        let number = text.map(|text| text.parse::<u32>().map_err(|_| format!("{name}={text}: not a number")));
+        let wrong = |text: &str| format!("query parameter {name}={text} must be a whole number");
+        let number = text.map(|text| text.parse::<u32>().map_err(|_| wrong(text)));
         number.transpose()
     };
     match (number("layout")?, number("tick")?) {
         (Some(layout), Some(tick)) => Ok(Some(Place { layout, tick })),
         (None, None) => Ok(None),
-        _ => Err("give both layout and tick: signals?layout=1;tick=1000".to_owned()),
+        _ => {
+            Err("incomplete query: give both layout and tick, such as signals?layout=1;tick=1000".to_owned())
+        }
     }
 }
 

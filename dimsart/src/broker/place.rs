@@ -62,7 +62,10 @@ impl Place {
             return Ok(stream);
         }
         let file = self.path.display();
-        Err(io::Error::new(ErrorKind::InvalidData, format!("{file}.lock belongs to another port, {found}")))
+        Err(io::Error::new(
+            ErrorKind::InvalidData,
+            format!("lock file {file}.lock belongs to another port, {found}"),
+        ))
     }
 }
 
@@ -122,7 +125,7 @@ pub fn private_folder() -> io::Result<PathBuf> {
     let found = fs::metadata(&folder)?;
     if found.uid() != rustix::process::getuid().as_raw() || found.mode() & 0o077 != 0 {
         let message = format!(
-            "{} is accessible to other users: set its owner to this user and its mode to 0700",
+            "folder {} is accessible to other users: set its owner to this user and its mode to 0700",
             folder.display()
         );
         return Err(io::Error::new(ErrorKind::PermissionDenied, message));

@@ -160,7 +160,9 @@ impl Summary {
 
 /// Upper bound of the cycles that a law and its module add to a tick.
 fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dyn std::error::Error>> {
-    let unknown = || format!("{}: cost of laws unknown: run `dimsart stamp` on this image", image.display());
+    let unknown = || {
+        format!("image {}: the cost of laws is unknown: run `dimsart stamp` on this image", image.display())
+    };
     let image = StampedImage::read(image)?;
     let (costs, kinds) = (image.costs().ok_or_else(unknown)?, image.kinds());
     let kind = kinds.iter().position(|kind| *kind == KindId::of(MODULE)).ok_or_else(unknown)?;
@@ -185,14 +187,21 @@ impl fmt::Display for Summary {
             writeln!(f, "  {on_device:6} {name}: {default}{unit}, {min} to {max}  {meaning}")?;
         }
         match (self.axes, self.is_coupled) {
-            (axes, true) => writeln!(f, "for a device with exactly {axes} axes, computed together")?,
-            (0 | 1, false) => writeln!(f, "for any device, computed per axis")?,
-            (axes, false) => writeln!(f, "for a device with at least {axes} axes, computed per axis")?,
+            (axes, true) => {
+                writeln!(f, "for devices with exactly {axes} axes; the law computes all axes together")?
+            }
+            (0 | 1, false) => writeln!(f, "for any device; the law computes each axis separately")?,
+            (axes, false) => {
+                writeln!(f, "for devices with at least {axes} axes; the law computes each axis separately")?
+            }
         }
         let Self { instructions, instructions_once, bytes, .. } = self;
-        write!(f, "{instructions} instructions per axis, {instructions_once} once per tick, {bytes} bytes")?;
+        write!(
+            f,
+            "each tick: {instructions} instructions per axis, {instructions_once} once; size: {bytes} bytes"
+        )?;
         if let Some(Cycles { image, axes, cycles }) = &self.cycles {
-            write!(f, "\nmax {cycles} cycles per tick with {axes} axes on {image}")?;
+            write!(f, "\nadds at most {cycles} cycles to a tick with {axes} axes on image {image}")?;
         }
         Ok(())
     }

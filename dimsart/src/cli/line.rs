@@ -22,7 +22,7 @@ pub(super) struct LineOptions {
     /// Baud rate of a serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD, global = true)]
     baud: u32,
-    /// Timeout of an answer, s.
+    /// Maximum time to wait for an answer, s.
     #[arg(long, value_name = "SECONDS", default_value = "0.5", value_parser = seconds, global = true)]
     timeout_s: Duration,
     /// Maximum number of times to send a request.
@@ -31,7 +31,7 @@ pub(super) struct LineOptions {
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u32).range(1..))]
     #[arg(global = true)]
     tries: u32,
-    /// Key of a locked board (docs/keys.md).
+    /// File with the key of a locked board (docs/keys.md).
     #[arg(long, value_name = "FILE", global = true)]
     key_file: Option<PathBuf>,
 }
@@ -87,6 +87,6 @@ pub(super) fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
 
 /// Parses a time, s.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    let number = text.parse().map_err(|_| "not a number; give a number of seconds".to_owned())?;
+    let number = text.parse().map_err(|_| "not a number: give a time in seconds, such as 0.5".to_owned())?;
     Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
 }

@@ -24,7 +24,7 @@ Examples:
 
 impl Man {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let failed = |error| format!("{}: {error}", self.out.display());
+        let failed = |error| format!("cannot write manual pages to {}: {error}", self.out.display());
         fs::create_dir_all(&self.out).map_err(failed)?;
         clap_mangen::generate_to(Arguments::command(), &self.out).map_err(failed)?;
         writeln!(out, "manual pages written to {}", self.out.display())?;

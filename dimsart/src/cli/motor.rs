@@ -37,13 +37,13 @@ pub(super) struct Motor {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart motor example > motor.toml           a configuration to start from, with comments
-  dimsart motor check motor.toml               its limits, and the step response of its current loop
-  dimsart motor identify motor.toml            identify a simulated motor of this kind at 5 A
+  dimsart motor example > motor.toml           an example configuration with comments
+  dimsart motor check motor.toml               limits and current-loop step response of motor.toml
+  dimsart motor identify motor.toml            identify a simulated motor with these values, at 5 A
   dimsart motor identify motor.toml --friction-nm 1.5
-  dimsart motor show /dev/ttyACM0 > motor.toml the configuration of the board
+  dimsart motor show /dev/ttyACM0 > motor.toml write the configuration of the board to motor.toml
   dimsart motor set /dev/ttyACM0 motor.toml --restart
-                                               store it on the board and use it from now on
+                                               store motor.toml on the board, and restart the board
   dimsart motor identify /dev/ttyACM0 --current-a 2 --store";
 
 #[derive(Debug, Subcommand)]
@@ -52,8 +52,8 @@ enum Action {
     Example,
     /// Compute the limits of a configuration and simulate a current step.
     ///
-    /// Exit status 1 if the current overshoots by more than 20 % or does not settle, for any ±30 % error in the motor's
-    /// resistance and inductance.
+    /// Also simulates ±30 % errors in the motor's resistance and inductance. Exit status 1 if the current overshoots by more
+    /// than 20 % or does not settle in any of these simulations.
     Check {
         /// Configuration (TOML).
         file: PathBuf,
@@ -61,42 +61,42 @@ enum Action {
         #[arg(long, value_name = "FOLDER", default_value = "runs/motor")]
         out: PathBuf,
     },
-    /// Print the motor configuration of a board: stored, or of its image.
+    /// Print the motor configuration that a board uses, stored or from its image.
     Show {
         /// Port of the board, such as `/dev/ttyACM0`.
         port: String,
     },
     /// Store a configuration on a board, for its next start.
     ///
-    /// The scheme is stopped if writing would delay its ticks.
+    /// Stops the running scheme if the write would delay ticks.
     Set {
         /// Port of the board.
         port: String,
         /// Configuration (TOML).
         file: PathBuf,
-        /// Restart the board to use it now.
+        /// Restart the board to use the stored configuration now.
         #[arg(long)]
         restart: bool,
     },
-    /// Delete the stored configuration: the next start uses the image's.
+    /// Delete a board's stored configuration: the next start uses the image's configuration.
     Forget {
         /// Port of the board.
         port: String,
-        /// Restart the board to use it now.
+        /// Restart the board to use the image's configuration now.
         #[arg(long)]
         restart: bool,
     },
-    /// Identify a simulated motor, or a board's, which TURNS.
+    /// Identify a simulated motor, or a board's motor, which TURNS.
     ///
-    /// With a file, identifies a simulated motor with these values. With a port, identifies the board's motor: its joint must
-    /// be free to turn, and a scheme must run.
+    /// With a file, identifies a simulated motor with the values of this file. With a port, identifies the board's motor: the
+    /// joint must be free to turn, and a scheme must run.
     Identify {
         /// Configuration (TOML), or port of a board.
         source: String,
-        /// Peak phase current, A, up to `limits.current_a` (simulated: 5).
+        /// Peak phase current, A, up to `limits.current_a` (default for a simulated motor: 5).
         #[arg(long, value_name = "AMPERES")]
         current_a: Option<f32>,
-        /// Store the result on the board, for its next start.
+        /// Store the identified values on the board, for its next start.
         #[arg(long)]
         store: bool,
         /// Inertia of the simulated rotor and load, kg m², above 0.
@@ -122,13 +122,17 @@ impl Motor {
             Action::Forget { port, restart } => board::forget(&mut open(&port)?, restart, out),
             Action::Identify { source, current_a, store, .. } if is_port(&source) => {
                 let current_a = current_a.ok_or_else(|| {
-                    UsageError("give --current-a: the current that turns the board's motor".to_owned())
+                    UsageError(
+                        "missing --current-a: give the peak phase current, A, that turns the board's motor"
+                            .to_owned(),
+                    )
                 })?;
                 board::identify(&mut open(&source)?, current_a, store, out)
             }
-            Action::Identify { store: true, .. } => {
-                Err(UsageError("--store applies to boards only: give a port".to_owned()).into())
-            }
+            Action::Identify { store: true, .. } => Err(UsageError(
+                "--store applies to boards only: give the port of a board instead of a file".to_owned(),
+            )
+            .into()),
             Action::Identify { source, current_a, inertia_kg_m2, friction_nm, .. } => {
                 let told = motor::read(Path::new(&source), warn)?;
                 let current_a = current_a.unwrap_or(SIMULATED_A);
@@ -148,7 +152,7 @@ fn check(told: &Configuration, folder: &Path, out: &mut impl Write) -> Ending {
         found.push(follow?);
     }
     let mut table = text_table();
-    table.set_header(["R factor", "L factor", "overshoot, %", "settling to 10 %, ms", ""]);
+    table.set_header(["R factor", "L factor", "overshoot, %", "settling time to 10 %, ms", ""]);
     for ((resistance, inductance), follow) in SHARES.iter().zip(&found) {
         table.add_row([
             format!("{resistance}"),
@@ -167,7 +171,8 @@ fn check(told: &Configuration, folder: &Path, out: &mut impl Write) -> Ending {
     }
     writeln!(
         out,
-        "the current overshoots by more than 20 % or does not settle for a ±30 % parameter error: reduce bandwidth_rad_per_s"
+        "in the FAILED rows (up to ±30 % error of R and L), the current overshoots by more than 20 % or does not settle: \
+         reduce bandwidth_rad_per_s"
     )?;
     Ok(ExitCode::FAILURE)
 }
@@ -196,7 +201,7 @@ fn print_figures(told: &Configuration, out: &mut impl Write) -> std::io::Result<
             "electrical time constant",
             format!("{:.3} ms", 1e3 * motor.quadrature_inductance_h / motor.resistance_ohm),
         ),
-        ("current loop", format!("{:.0} Hz", bandwidth_rad_per_s / std::f32::consts::TAU)),
+        ("current-loop bandwidth", format!("{:.0} Hz", bandwidth_rad_per_s / std::f32::consts::TAU)),
         (
             "copper loss at maximum torque",
             format!("{:.0} W", 1.5 * motor.resistance_ohm * limits.current_a * limits.current_a),

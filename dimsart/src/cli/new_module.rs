@@ -27,23 +27,23 @@ const SCENARIO: &str = include_str!("new_module/template.toml");
 
 /// Create a control law with a scheme, scenario and test, and register it.
 ///
-/// Run in a project (`dimsart new-project`) or in this repository. The new law is a spring with one parameter, two inputs
-/// and one output; the scenario is a joint with a step; the test compares both with closed forms. Change the law in
-/// `compute`, then the expectations of the test.
+/// Run in the folder of a project (`dimsart new-project`) or of the DIMSART repository. The new law is a spring with one
+/// parameter, two inputs and one output. The scenario applies a step to a joint. The test compares the law and the step
+/// response with closed forms. Replace the law in `compute`, then the expected values of the test.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct NewModule {
     /// Name of the law in words, such as `damped-spring`.
     name: String,
-    /// Write only the law, into this folder, and do not register it.
+    /// Write only the law's file, into this folder, without registering the module.
     #[arg(long)]
     folder: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
-Example, in the folder of a project or of the repository:
+Example, in the folder of a project or of the DIMSART repository:
   dimsart new-module damped-spring     writes and registers DAMPED_SPRING_MOD
-  cargo test --test damped_spring      test its loop against closed forms
+  cargo test --test damped_spring      compare the law and its loop with closed forms
   dimsart run scenarios/damped_spring.toml";
 
 /// Module kinds of the library and of a project, in a test.
@@ -94,7 +94,7 @@ impl NewModule {
             write_new(&path, &names.fill(LAW)).map_err(|error| advice(&path, &error))?;
             writeln!(
                 out,
-                "wrote {}; to register it, add these lines next to similar lines:",
+                "wrote {}; to register the module, add these lines to the file with `kinds![`, next to similar lines:",
                 path.display()
             )?;
             for line in register::lines(&names) {
@@ -103,14 +103,17 @@ impl NewModule {
             return Ok(ExitCode::SUCCESS);
         }
         let Some(place) = PLACES.iter().find(|place| Path::new(place.list).is_file()) else {
-            let message = "not in a project or in the DIMSART repository: create a project with `dimsart new-project NAME` \
-                           and enter its folder, or give --folder";
+            let message = "this folder is not a DIMSART project or repository: create a project with `dimsart new-project \
+                           NAME` and enter its folder, or give --folder";
             return Err(message.into());
         };
         let list = Path::new(place.list);
         let text = std::fs::read_to_string(list).map_err(|error| advice(list, &error))?;
         let registered = register::register(&text, &names).ok_or_else(|| {
-            format!("{}: no list of modules as in a new project (`kinds![`)", list.display())
+            format!(
+                "{}: cannot register the module: restore `pub mod`, `pub use` and `kinds![` as in a new project",
+                list.display()
+            )
         })?;
         let written = place.write(Path::new(""), &names)?;
         std::fs::write(list, registered).map_err(|error| advice(list, &error))?;
@@ -122,7 +125,7 @@ impl NewModule {
         writeln!(
             out,
             "registered {module} in {}\n\nNext:\n  \
-             {test} {file:24} test its loop against closed forms\n  \
+             {test} {file:24} compare the law and its loop with closed forms\n  \
              {command} run scenarios/{file}.toml\n  \
              {command} modules {module}\n\nThe law is `compute` in {modules}/{file}.rs.",
             list.display()
@@ -155,7 +158,7 @@ impl Place {
         let files = files.map(|(path, text)| (folder.join(path), text));
         if let Some((there, _)) = files.iter().find(|(path, _)| path.exists()) {
             return Err(format!(
-                "{} already exists: choose another name; nothing was changed",
+                "{} already exists, and no file was changed: choose another name",
                 there.display()
             ));
         }
@@ -174,7 +177,7 @@ fn write_new(path: &Path, text: &str) -> io::Result<()> {
 
 fn advice(path: &Path, error: &io::Error) -> String {
     let next = match error.kind() {
-        io::ErrorKind::AlreadyExists => "choose another name; nothing was changed",
+        io::ErrorKind::AlreadyExists => "no file was changed: choose another name",
         io::ErrorKind::NotFound => "create the folder, or give another --folder",
         _ => "give another --folder",
     };

@@ -13,8 +13,8 @@ use super::new_module::{Names, write_first};
 
 /// Create a workspace for your own control laws, with a first law.
 ///
-/// The first law comes with its test, scheme and scenario. The project builds its own `dimsart` command and its own images,
-/// which contain its laws (`cargo dimsart`, `cargo board`). The folder of DIMSART does not change.
+/// The first law has a test, a scheme and a scenario. The project builds its own `dimsart` command (`cargo dimsart`) and its
+/// own images (`cargo board`), which contain the laws of the project. The folder of DIMSART does not change.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct NewProject {
@@ -23,7 +23,7 @@ pub(super) struct NewProject {
     /// Name of the first law.
     #[arg(long, value_name = "NAME", default_value = "my-law")]
     law: String,
-    /// Folder of DIMSART (default: of this build, else the published version).
+    /// Folder of DIMSART (default: folder of this build; if missing, the published version).
     #[arg(long, value_name = "FOLDER")]
     dimsart: Option<PathBuf>,
 }
@@ -32,8 +32,8 @@ const EXAMPLES: &str = "\
 Example:
   dimsart new-project gripper --law grip-force
   cd gripper
-  cargo test                                      test its law and loop against closed forms
-  cargo dimsart run scenarios/grip_force.toml     figures and a report";
+  cargo test                                      compare the law and its loop with closed forms
+  cargo dimsart run scenarios/grip_force.toml     print figures and write a report";
 
 /// Values of the placeholders of a template.
 type Filled<'a> = [(&'a str, String)];
@@ -69,14 +69,15 @@ impl NewProject {
                 .contains(&name.as_str())
         {
             return Err(format!(
-                "invalid project name '{name}': use ASCII letters, digits and -, such as gripper"
+                "invalid or reserved project name '{name}': start with an ASCII letter; use ASCII letters, digits, - and \
+                 _, such as gripper"
             )
             .into());
         }
         let law = Names::new(&self.law, kinds)?;
         if folder.exists() {
             return Err(format!(
-                "{} already exists: choose another name; nothing was changed",
+                "{} already exists and was not changed: choose another project name",
                 folder.display()
             )
             .into());
@@ -101,8 +102,8 @@ impl NewProject {
         let (folder, file) = (folder.display(), &law.file);
         writeln!(
             out,
-            "created {folder} with {module}; its law is `compute` in src/modules/{file}.rs\n\nNext:\n  \
-             cd {folder}\n  cargo test\n  cargo dimsart run scenarios/{file}.toml\n\nSee README.md there.",
+            "created {folder} with {module}; the law is `compute` in src/modules/{file}.rs\n\nNext:\n  \
+             cd {folder}\n  cargo test\n  cargo dimsart run scenarios/{file}.toml\n\nSee README.md of the project.",
             module = law.module
         )?;
         Ok(ExitCode::SUCCESS)
@@ -112,9 +113,10 @@ impl NewProject {
     fn checkout(&self) -> Result<Option<PathBuf>, String> {
         let is_one = |folder: &Path| folder.join("dimsart-core/Cargo.toml").is_file();
         match &self.dimsart {
-            Some(given) if !is_one(given) => {
-                Err(format!("--dimsart {}: dimsart-core not found in this folder", given.display()))
-            }
+            Some(given) if !is_one(given) => Err(format!(
+                "--dimsart {}: dimsart-core not found in this folder: give the top folder of DIMSART",
+                given.display()
+            )),
             Some(given) => fs::canonicalize(given).map(Some).map_err(|error| error.to_string()),
             None => {
                 let built_in = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

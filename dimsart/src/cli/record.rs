@@ -27,9 +27,9 @@ const PROGRESS: Duration = Duration::from_secs(1);
 
 /// Record a controller's signals tick by tick, with its scheme.
 ///
-/// Runs until Ctrl-C or for --duration-s. A simulated controller sends every tick of all signals. A board has one stream of
-/// up to 4 signals and 12 words, for one client at a time. Samples lost on the line are counted; they are NaN in the file,
-/// or their rows are missing. A recording of this command lacks the controller's inputs and cannot be replayed.
+/// Records until Ctrl-C or for --duration-s. A simulated controller sends every tick of all signals. A board has one stream
+/// of up to 4 signals and 12 words, for one client at a time. The command counts samples lost on the line; a lost sample is
+/// NaN in the file, or its row is missing. The file lacks the controller's inputs and cannot be replayed.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Record {
@@ -37,19 +37,19 @@ pub(super) struct Record {
     ///
     /// `sim:NAME` is a controller simulated by `dimsart serve`.
     port: String,
-    /// Signals, such as `POSITION` (default: all that the device can send).
+    /// Signals to record, such as `POSITION` (default: all signals that the device can send).
     #[arg(value_name = "SIGNAL")]
     names: Vec<String>,
-    /// Folder of the file.
+    /// Folder of the recording.
     #[arg(long, value_name = "FOLDER", default_value = "runs/record")]
     out: PathBuf,
-    /// Format of the file.
+    /// Format of the recording.
     #[arg(long, value_enum, default_value_t = SignalsKind::Mcap)]
     signals: SignalsKind,
-    /// Ticks per row.
+    /// Interval between rows, ticks.
     #[arg(long, value_name = "TICKS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every_ticks: u32,
-    /// Stop after this time, s.
+    /// Stop recording after this time, s (default: at Ctrl-C).
     #[arg(long, value_name = "SECONDS", value_parser = super::line::seconds)]
     duration_s: Option<Duration>,
     /// Baud rate of a serial port.
@@ -80,8 +80,8 @@ impl Record {
             if start.elapsed() > TO_BEGIN || stop.load(Ordering::Relaxed) {
                 let port = &self.port;
                 let reason = format!(
-                    "{port} sends no signals: another client (a page or another `record`) uses its stream; close that \
-                     client and retry after 5 s"
+                    "{port} sent no signals: another client (a page or `dimsart record`) uses the signal stream: close \
+                     this client and retry after 5 s"
                 );
                 return Err(reason.into());
             }

@@ -14,20 +14,20 @@ use crate::replay::{self, ReplayOutcome};
 
 /// Replay a recording through the core, and compare all signals bit by bit.
 ///
-/// Reads `signals.mcap` of `dimsart run --signals mcap` or `dimsart serve --record`, which contains all inputs of each
+/// Reads `signals.mcap` of `dimsart run --signals mcap` or `dimsart serve --record`. This file contains all inputs of each
 /// controller before each tick: device, scheme, commands, permission to move, packets of links, measurements of the device.
-/// A recording of emulated firmware (`run --target`) must give the same bits in this core. A difference is reported with its
-/// tick, module and signal, first the signal that is computed first.
+/// A recording of emulated firmware (`run --target`) must give identical bits in this core. The first difference is reported
+/// with tick, module and signal; if several signals of a tick differ, the signal that is computed first is reported.
 ///
-/// Cannot be replayed: recordings of `dimsart record`, of older versions, and of an emulated board whose links have a key.
-/// If the writer was killed or the power failed, the file is replayed up to its last complete record, and a note reports
-/// this. Of a damaged file, the byte offset of the damaged record is reported.
+/// Recordings of `dimsart record`, of older versions, and of an emulated board whose links have a key cannot be replayed.
+/// If the recording program was killed or the power failed, the replay ends at the last complete record and prints a note.
+/// For a damaged file, the error message contains the byte offset of the damaged record.
 ///
-/// In the file, topic /NAME has the signals of controller NAME, continued as /NAME/2 after a change that adds signals, and
-/// /NAME/inputs its inputs. Messages start with `tick` and `time_s`. `log_time` is wall-clock time, so that recordings of
-/// several devices and cameras can be merged. A simulated run counts it from the creation of the file; a recording in real
-/// time derives it from the arrival of the rows, and is late by the delay of the line. The profile is `ros2`: Foxglove,
-/// `PlotJuggler` and `AnyReader` of `rosbags` open the file.
+/// In the file, topic /NAME contains the signals of controller NAME; after a change that adds signals, topic /NAME/2
+/// continues /NAME. Topic /NAME/inputs contains the inputs of the controller. Messages start with `tick` and `time_s`.
+/// `log_time` is wall-clock time, so that recordings of several devices and cameras can be merged. In a simulated run,
+/// `log_time` counts from the creation of the file. In real time, `log_time` is derived from the arrival of the rows, and
+/// includes the delay of the line. The profile is `ros2`: Foxglove, `PlotJuggler` and `AnyReader` of `rosbags` open the file.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Replay {
@@ -42,7 +42,7 @@ const EXAMPLES: &str = "\
 Examples:
   dimsart run joint --signals mcap && dimsart replay runs/latest/signals.mcap
   dimsart run --target mps2-an386 --signals mcap && dimsart replay runs/latest/signals.mcap
-  dimsart serve joint --record runs/tuning           until Ctrl-C, with all changes
+  dimsart serve joint --record runs/tuning           record until Ctrl-C, with all changes
   dimsart replay runs/tuning/signals.mcap
 
 Exit status: 0 identical, 1 not replayable, 2 wrong usage, 3 different.";
@@ -64,7 +64,7 @@ impl Replay {
             if replayed.is_cut {
                 writeln!(
                     out,
-                    "incomplete recording (its writer was killed?): replayed up to the last complete record"
+                    "incomplete recording (was the recording program killed?): replayed up to the last complete record"
                 )?;
             }
             let recorded_s = replayed.recorded_s;
@@ -81,7 +81,8 @@ fn print(out: &mut impl Write, replayed: &ReplayOutcome) -> std::io::Result<()> 
         None => writeln!(out, "{name}: {ticks} ticks, {commands} commands, {words} words: identical"),
         Some(divergence) => writeln!(
             out,
-            "{name}: {ticks} ticks, {commands} commands, {words} words: DIFFERENT in {differing_rows} rows, first:\n  {divergence}"
+            "{name}: {ticks} ticks, {commands} commands, {words} words: DIFFERENT in {differing_rows} rows; first \
+             difference:\n  {divergence}"
         ),
     }
 }

@@ -35,8 +35,8 @@ use hil_sim::rig_file::{LinkSection, RigFile, USUAL};
 /// Simulate a rig and write a report; with --side, run one station in real time.
 ///
 /// The report has figures, plots, step responses, margins and limit cycles. signals.csv grows during the run. With
-/// --signals mcap it is signals.mcap: signals in CDR with message definitions, for Foxglove and `PlotJuggler`, with settings,
-/// schemes and all inputs, for `dimsart replay`. Rig files: docs/rigs.md.
+/// --signals mcap, the run writes signals.mcap instead: signals in CDR with message definitions, for Foxglove and
+/// `PlotJuggler`, and settings, schemes and all inputs, for `dimsart replay`. Rig files: docs/rigs.md.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, after_long_help = help())]
 pub(super) struct Run {
@@ -50,17 +50,17 @@ pub(super) struct Run {
     out: Option<PathBuf>,
     /// Run only this controller's station, in real time.
     ///
-    /// The other station is another process, reached over UDP, a serial port or CAN (`link.master_address`). With
-    /// `link.key_file`, these packets are authenticated, too.
+    /// The other station runs in another process; both exchange packets over UDP, a serial port or CAN
+    /// (`link.master_address`). With `link.key_file`, these packets are authenticated.
     #[arg(long, value_name = "CONTROLLER")]
     side: Option<String>,
-    /// Maximum time to wait for the other side, s.
+    /// Maximum time to wait for the other station, s.
     #[arg(long, value_name = "SECONDS", default_value = "60", requires = "side", value_parser = seconds)]
     wait_s: Duration,
     /// Run controllers as firmware on an emulated board, in lockstep.
     #[arg(long, value_name = "BOARD", conflicts_with = "side", value_parser = [emulated::BOARD])]
     target: Option<String>,
-    /// Controller to run on the board, or `both` for all (the default).
+    /// Controller to run on the emulated board, or `both` for all controllers (default).
     #[arg(long, value_name = "CONTROLLER", requires = "target")]
     target_side: Option<String>,
     /// Firmware image (default: built by `cargo board mps2-an386`).
@@ -116,7 +116,7 @@ Examples:
   dimsart run                                                two stations and a delayed link
   dimsart run joint                                          one joint: a position loop and a step
   dimsart run --set link.forward_delay_ticks=200             0.2 s of delay to the slave
-  dimsart run --set wave.form=printed --out runs/printed     the paper's order, which diverges
+  dimsart run --set wave.form=printed --out runs/printed     wave order as printed in the paper; diverges
   dimsart run --set link.carrier=can_fd                      the link over a simulated CAN FD bus
   dimsart run --set link.key_file=link.key                   authenticated packets
   dimsart run scenarios/space_link.toml                      a link to a robot in orbit: low rate, delay and loss
@@ -127,7 +127,8 @@ Examples:
   dimsart run --side slave                                   real time over UDP
   dimsart run --target mps2-an386                            both sides as firmware on emulated boards
 
-A run first removes the previous report in its folder. Ctrl-C ends a run early and reports it; a second Ctrl-C ends the report.
+A run first removes the previous report in the output folder. Ctrl-C ends the run early and writes the report; a second
+Ctrl-C ends the report.
 
 Exit status: 0 run completed, also if unstable; 1 error; 2 wrong usage; 3 unstable, with --fail-if-unstable.";
 
@@ -136,7 +137,7 @@ fn help() -> String {
     match std::env::args().any(|argument| ["help", "--help"].contains(&argument.as_str())) {
         true => {
             format!(
-                "{EXAMPLES}\n\nFrequent settings and their defaults (--keys prints all):{}",
+                "{EXAMPLES}\n\nFrequently changed settings and their defaults (--keys prints all settings):{}",
                 usual_settings()
             )
         }
@@ -266,7 +267,8 @@ impl Run {
         let cannot = self.side.as_deref().filter(|name| Alone::of(file, name).is_none());
         cannot.map_or(Ok(()), |name| {
             Err(UsageError(format!(
-                "--side {name}: the rig needs a [[link]] with an `address` from {name} to another controller, and one back"
+                "--side {name}: the rig needs a [[link]] with an `address` from {name} to another controller, and a [[link]] \
+                 in the opposite direction"
             )))
         })
     }
@@ -285,13 +287,13 @@ impl Run {
         };
         if !file.links.iter().all(is_ideal) {
             eprintln!(
-                "dimsart: note: two processes talk over a real link; link.carrier, delays, jitter, loss, duplication and \
-                 reordering of the rig are not used"
+                "dimsart: note: --side uses a real link: link.carrier, delays, jitter, loss, duplication and reordering of \
+                 the rig are ignored"
             );
         }
         let (name, other) = (alone.own.name(), alone.other.name());
         eprintln!(
-            "{name} at {}: waiting up to {} s for the {other} at {} (`dimsart run --side {other}`)",
+            "{name} at {}: waiting up to {} s for the {other} at {} (start: `dimsart run --side {other}`)",
             alone.own_address,
             self.wait_s.as_secs_f64(),
             alone.peer_address(),

@@ -13,7 +13,7 @@ use hil_sim::schemes::{self, SchemeText};
 
 /// Print the scheme of one side or of a rig's controller in its shortest form.
 ///
-/// Lists modules in their order, bindings, and parameters that differ from the defaults. The rows are equivalent to the rows of
+/// Lists modules in plug-in order, bindings, and parameters that differ from the defaults. The rows are equivalent to the rows of
 /// the original scheme.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -26,7 +26,7 @@ pub(super) struct Scheme {
     /// Degrees of freedom of a scheme's device, 1 to 8 (default: 3).
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
-    /// Controller of a rig (default: the only one).
+    /// Controller of a rig; required if the rig has several controllers.
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
 }

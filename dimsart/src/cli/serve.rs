@@ -30,10 +30,11 @@ const DEFAULT_RIG: &str = "joint";
 /// Simulate a rig in real time, or share a board's port, and serve a web page.
 ///
 /// Each simulated controller is a port, sim:NAME, which `dimsart connect` uses like a board's port. The experiment of the
-/// rig starts when all its controllers are armed, and repeats without a jump. While a controller is disarmed its position
-/// reference follows the measured position; after arming it approaches the experiment at up to 1 rad/s or 0.1 m/s. Forces
-/// are limited to the motors' maximum. If the computer stalls, the rig skips this time, so that leases do not expire in a
-/// burst of ticks, and reports it. An axis that leaves its range is put back to its start, and the lease ends.
+/// rig starts when all controllers of the rig are armed, and repeats without a jump. While a controller is disarmed, its
+/// position reference follows the measured position; after arming, the reference approaches the experiment at up to 1 rad/s
+/// or 0.1 m/s. Forces are limited to the motors' maximum. If the computer stalls, the rig skips the stalled time, so that
+/// leases do not expire in a burst of ticks, and reports the skipped time. If an axis leaves its range, the rig moves
+/// the axis back to its start and ends the lease.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{PAGE}"))]
 pub(super) struct Serve {
@@ -49,10 +50,10 @@ pub(super) struct Serve {
     /// Record every tick of a rig, with all inputs, for `dimsart replay`.
     #[arg(long, value_name = "FOLDER")]
     record: Option<PathBuf>,
-    /// Folder of recordings started from the page, one sub-folder each.
+    /// Folder of recordings started from the page; each recording gets a sub-folder.
     #[arg(long, value_name = "FOLDER", default_value = "runs/page")]
     recordings: PathBuf,
-    /// Speed of the simulated time, 0.01 to 1, such as 0.1 for slow motion.
+    /// Simulated time per real time, 0.01 to 1, such as 0.1 for slow motion.
     #[arg(long, default_value_t = 1.0, value_parser = speed)]
     speed: f64,
     /// Do not serve a page.
@@ -63,7 +64,7 @@ pub(super) struct Serve {
 /// Parses the speed. Above 1, leases would expire: clients renew them in real time.
 pub(super) fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok().filter(|speed| (0.01..=1.0).contains(speed));
-    speed.ok_or_else(|| "give a number from 0.01 to 1".to_owned())
+    speed.ok_or_else(|| "invalid speed: give a number from 0.01 to 1".to_owned())
 }
 
 /// Default TCP port of the page.
@@ -73,38 +74,38 @@ const EXAMPLES: &str = "\
 Examples:
   dimsart serve                                       a joint with motor, gear and load, as sim:joint
   dimsart connect sim:joint arm                       enable motion, from another terminal
-  dimsart connect sim:joint watch --arm               the same, and show live values
-  dimsart connect sim:joint stop                      from any client, at any time
+  dimsart connect sim:joint watch --arm               enable motion and show live values
+  dimsart connect sim:joint stop                      stop motion, from any client, at any time
   dimsart serve three                                 three controllers: sim:master, sim:left, sim:right
   dimsart serve joint --record runs/tuning            record every tick to runs/tuning/signals.mcap
   dimsart serve /dev/ttyACM0                          share a board's port";
 
 const PAGE: &str = "\
-The page (it needs no internet access):
-  State     why the scheme does not command the device and the next step; drive, lease, ticks, first fault. Arm takes the lease;
-            other pages can then only read and stop. If the page is closed or hidden, or its computer sleeps, motion ends
-            within 0.7 s. STOP (Esc) stops all devices of the page and releases their leases.
-  Device    measured position (blue), reference and force of each axis. The reference of a simulated axis can be dragged; it
-            is held until released.
-  Scheme    types of the Data Base as wires, from writer (full) to readers (ring); modules in their order. A dashed wire is
-            read before it is written in the tick; faults are red.
-  Modules   parameters with unit, range and default; changed values are blue. Edits are collected and checked by the device;
-            Apply together applies them as one transaction. Parameters that cannot be set while a module runs are set while
-            it is unplugged.
-  Scope     signals over up to a minute, one plot per unit: trigger (rising, falling or either edge, level, share before the
-            edge; auto, normal or single), cursors, zoom, spectrum (Hann), XY, CSV. A simulated controller sends every tick of
-            up to 64 signals. A board sends up to 4 signals (12 words), as many ticks as a fifth of its line carries (every
-            4th at 1 kHz and 921 600 baud), to one client at a time; `leave out` and `send` select the signals for all pages.
-            Lost ticks are gaps and are counted.
+The page (works without internet access):
+  State     shows why the scheme does not command the device and the next step; also drive, lease, ticks and first fault. Arm
+            takes the lease; other pages can then only read and stop. If the page is closed or hidden, or its computer sleeps,
+            motion ends within 0.7 s. STOP (Esc) stops all devices of the page and releases their leases.
+  Device    shows measured position (blue), reference and force of each axis. Drag the reference of a simulated axis to hold
+            the reference until you release it.
+  Scheme    shows the types of the Data Base as wires, from writer (filled dot) to readers (ring), and modules in plug-in
+            order. The type of a dashed wire is read before it is written in the tick. Faults are red.
+  Modules   shows parameters with unit, range and default; changed values are blue. The page collects edits, and the device
+            checks them; Apply together applies all edits as one transaction. The transaction unplugs a module to set
+            parameters that cannot be set while the module runs.
+  Scope     shows signals over up to a minute, one plot per unit: trigger (rising, falling or either edge, level, share before
+            the edge; auto, normal or single), cursors, zoom, spectrum (Hann), XY, CSV. A simulated controller sends every tick
+            of up to 64 signals. A board sends up to 4 signals (12 words) to one client at a time, at a rate that uses a fifth
+            of the line (every 4th tick at 1 kHz and 921 600 baud). `leave out` and `send` select the signals for all pages.
+            Lost ticks are counted and shown as gaps.
   Record    records the signals of the scope to runs/page/NAME-1/signals.mcap (then NAME-2), with exact values and the scheme.
-            The server records, also after the page is closed, until a page stops it, the signals change, the line
-            fails or `serve` ends; the page then shows the reason. Rows that the line or the disk lost are counted.
-  Access    by the token in the address, which belongs to this user and changes when the computer restarts; pages of other sites
-            have no access. After `serve` has ended, an open page sends its token to any program that opens the port: close it
-            on a shared computer.
+            The server continues to record after the page is closed. A recording ends if a page stops it, the signals change,
+            the line fails or `serve` ends; the page then shows the reason. Rows lost on the line or the disk are counted.
+  Access    requires the token in the address. The token belongs to this user and changes when the computer restarts; pages of
+            other sites have no access. After `serve` has ended, an open page sends its token to any program that opens the
+            TCP port: close the page on a shared computer.
 
-Up to 64 clients can share a port, and up to 64 connections a page; a new client replaces the client that has been silent longest.
-One client at a time holds the lease. Requests are served in turn; `stop` is sent first.";
+Up to 64 clients can share a port, and a page accepts up to 64 connections; beyond this limit, a new client replaces the client
+that has been silent longest. One client at a time holds the lease. Requests are served in turn, but `stop` is sent first.";
 
 impl Serve {
     pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
@@ -180,7 +181,7 @@ impl Serve {
             (_, listener) => listener,
         };
         let listener = listener.map_err(|error| {
-            format!("cannot serve the page: {error}; give another --page-port, or 0 for any")
+            format!("cannot open the TCP port of the page: {error}; give another --page-port, or 0 for any free port")
         })?;
         let stations = (0..).zip(ports).map(|(number, (name, port))| {
             let (at, bits) = (port.clone(), self.baud);

@@ -25,9 +25,9 @@ use hil_sim::schemes::{self, SchemeText, device};
 
 /// Write module costs and the start-up scheme into a firmware image.
 ///
-/// The costs are upper bounds computed from this image; a board uses them to refuse schemes whose tick would be too long.
-/// They are recomputed if the image changed. An unstamped image does not limit the tick time. Each build of an image
-/// removes the stamp (docs/cycles.md).
+/// The costs are upper bounds, in cycles, computed from this image. The board uses the costs to refuse schemes whose tick
+/// would exceed the limit. If the image changed, the costs are recomputed. An unstamped image does not limit the tick time.
+/// Each build of an image removes the stamp (docs/cycles.md).
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Stamp {
@@ -36,13 +36,13 @@ pub(super) struct Stamp {
     /// Side of the scheme.
     #[arg(long, default_value = "master", value_parser = super::side::side())]
     side: &'static str,
-    /// Scheme file or built-in scheme (default: the image's).
+    /// Scheme file or built-in scheme (default: scheme of the image).
     #[arg(long, value_name = "FILE")]
     scheme: Option<String>,
-    /// Limit of a tick in per cent of its period, 1 to 100 (default: the board's).
+    /// Limit of a tick in per cent of its period, 1 to 100 (default: limit of the board).
     #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u32).range(1..=100))]
     tick_percent: Option<u32>,
-    /// Memory from which the image runs (default: the board's).
+    /// Memory from which the image runs (default: code memory of the board).
     #[arg(long)]
     memory: Option<Memory>,
     /// Output file (default: the image itself).
@@ -69,15 +69,20 @@ struct Stamped<'a> {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart stamp                                      the image built last, as the master
+  dimsart stamp                                      stamp the image built last, for side master
   dimsart stamp firmware.elf --side slave --out slave.elf
-  dimsart stamp firmware.elf --scheme my.scheme      another scheme, without a rebuild
+  dimsart stamp firmware.elf --scheme my.scheme      set another scheme, without a rebuild
   dimsart stamp firmware.elf --tick-percent 30       limit a tick to 30 % of its period";
 
 impl Stamp {
     pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let firmware = Firmware::find(self.elf.as_deref(), None)?;
-        let board = firmware.board().ok_or_else(|| format!("`{}`: unknown board", firmware.name))?;
+        let board = firmware.board().ok_or_else(|| {
+            format!(
+                "image `{}` is for an unknown board: build an image with `cargo board BOARD`",
+                firmware.name
+            )
+        })?;
         let budget = Budget::of(board.name)?;
         let mut image = StampedImage::read(&firmware.path)?;
         let scheme = self.scheme.unwrap_or_else(|| format!("builtin:{}", image.scheme_name()));
@@ -93,8 +98,8 @@ impl Stamp {
         say(self.json, out, |out| {
             writeln!(
                 out,
-                "{}: {scheme} as {side}, limit of a tick {limit} cycles (memory {memory}), costs for rustc {compiler} \
-                 computed in {:.0} s",
+                "{}: scheme {scheme} for the {side}, limit of a tick {limit} cycles (memory {memory}), costs for rustc \
+                 {compiler} computed in {:.0} s",
                 path.display(),
                 start.elapsed().as_secs_f32()
             )?;
@@ -103,7 +108,11 @@ impl Stamp {
                 refused.entry(reason).or_default().push(kind);
             }
             refused.iter().try_for_each(|(reason, kinds)| {
-                writeln!(out, "  no bound, refused by the board: {reason}: {}", kinds.join(", "))
+                writeln!(
+                    out,
+                    "  modules without a bound, which the board refuses ({reason}): {}",
+                    kinds.join(", ")
+                )
             })
         })?;
         if self.json {
@@ -133,10 +142,12 @@ fn saved(
     let loaded = schemes::load(&text, side, &[], &mut dimsart);
     if !loaded.is_sound() {
         let problems: Vec<String> = loaded.problems().collect();
-        return Err(format!("{scheme} does not run on the {}:\n  {}", side, problems.join("\n  ")).into());
+        return Err(
+            format!("scheme {scheme} does not run on the {}:\n  {}", side, problems.join("\n  ")).into()
+        );
     }
     let bytes = saved_scheme::save(dimsart.engine_mut());
-    Ok(bytes.map_err(|_| format!("{scheme} is too long for an image: remove rows"))?)
+    Ok(bytes.map_err(|_| format!("scheme {scheme} is too long for an image: remove rows from the scheme"))?)
 }
 
 const SAMPLE_PERIOD_S: f64 = 1e-3;

@@ -61,8 +61,10 @@ fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
 pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     let (stable, note) = match outcome.stable {
         true => ("yes", "all signals in range; no growth, no sustained oscillation"),
-        false if outcome.faults.is_empty() => ("undecided", "see below"),
-        false => ("NO", "see the fault"),
+        false if outcome.faults.is_empty() => {
+            ("undecided", "stability not determined; see the message below")
+        }
+        false => ("NO", "see the fault message"),
     };
     let ticks = format!("{} ticks", outcome.ticks);
     let factor = match outcome.realtime_factor {
@@ -71,8 +73,8 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     };
     let mut facts = vec![
         fact("stable", stable.to_owned(), "", note),
-        fact("simulated", format!("{:.3}", outcome.simulated_s), "s", &ticks),
-        fact("took", format!("{:.3}", outcome.wall_s), "s", &factor),
+        fact("simulated time", format!("{:.3}", outcome.simulated_s), "s", &ticks),
+        fact("computing time", format!("{:.3}", outcome.wall_s), "s", &factor),
     ];
     if has_contacts(outcome) {
         facts.push(round_trip(outcome));
@@ -86,10 +88,10 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     facts.extend(outcome.energy_ports_min_j.map(port_energy));
     facts.extend(outcome.rounding_creep_m_per_h.map(|creep| {
         fact(
-            "rounding",
+            "rounding creep",
             format!("{:.2}", 1e3 * creep),
             "mm/h",
-            "maximum creep of a hand in contact due to f32 rounding: 12 u F/b",
+            "maximum creep of a hand in contact due to f32 rounding: 12 u F/b (unit roundoff u, force F, impedance b)",
         )
     }));
     facts.extend(limit_cycles(&outcome.limit_cycles));
@@ -107,10 +109,14 @@ fn has_contacts(outcome: &Outcome) -> bool {
 /// Minimum energy at the robots' ports.
 fn port_energy(energy_j: f64) -> Fact {
     let (value, note) = match energy_j < 0.0 {
-        true => (format!("{energy_j:.3e}"), "of any axis; below 0: controllers and line generated energy"),
-        false => {
-            ("0".to_owned(), "of any axis; never below 0: controllers and line were passive in this run")
-        }
+        true => (
+            format!("{energy_j:.3e}"),
+            "minimum over all axes; below 0: controllers and channel generated energy",
+        ),
+        false => (
+            "0".to_owned(),
+            "minimum over all axes; never below 0: controllers and channel were passive in this run",
+        ),
     };
     fact("minimum energy at the robots", value, "J", note)
 }
@@ -119,7 +125,9 @@ fn port_energy(energy_j: f64) -> Fact {
 fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
     let widest = cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
     let LimitCycle { device, axis, hz, amplitude, .. } = widest;
-    let note = format!("oscillate at rest; largest: axis {axis} of {device}, ±{amplitude:.1e} at {hz:.1} Hz");
+    let note = format!(
+        "axes that oscillate at rest; largest amplitude: axis {axis} of {device}, ±{amplitude:.1e} at {hz:.1} Hz"
+    );
     Some(fact("limit cycles", cycles.len().to_string(), "axes", &note))
 }
 
@@ -133,11 +141,11 @@ fn lost(received: &[Received]) -> Option<Fact> {
     let each = others.map(|Received { station, lost, superseded, refused }| {
         let together = match superseded {
             0 => String::new(),
-            superseded => format!(", {superseded} superseded by a newer packet in the same tick"),
+            superseded => format!(", {superseded} superseded by newer packets in the same tick"),
         };
-        format!("to the {station}: {lost} lost, {refused} refused{together}")
+        format!("packets to {station}: {lost} lost, {refused} refused{together}")
     });
-    let clean = (!clean.is_empty()).then(|| format!("0 lost or refused to {}", clean.join(", ")));
+    let clean = (!clean.is_empty()).then(|| format!("0 packets lost or refused to {}", clean.join(", ")));
     let note = each.chain(clean).collect::<Vec<_>>().join("; ");
     (!received.is_empty()).then(|| fact("lost packets", sum.to_string(), "", &note))
 }
@@ -147,7 +155,7 @@ fn medium(traffic: &Traffic) -> Fact {
     let Traffic { medium, load, packets, dropped, errors, bus_offs, longest_s } = traffic;
     let gone = if *bus_offs > 0 { format!(", {bus_offs} bus-off") } else { String::new() };
     let note = format!(
-        "load; {packets} packets, {dropped} dropped, max {:.3} ms to deliver; {errors} errors{gone}",
+        "load; {packets} packets, {dropped} dropped, max delivery time {:.3} ms; {errors} errors{gone}",
         1e3 * longest_s
     );
     fact(medium, format!("{:.1}", 100.0 * load), "%", &note)
@@ -156,7 +164,9 @@ fn medium(traffic: &Traffic) -> Fact {
 fn saturated(found: &Saturation, simulated_s: f64) -> Fact {
     let Saturation { device, axis, time_s } = found;
     let share = 100.0 * time_s / simulated_s.max(f64::MIN_POSITIVE);
-    let note = format!("{share:.0} % of the run: commands exceeded range or rate of axis {axis} of {device}");
+    let note = format!(
+        "for {share:.0} % of the run, commands exceeded the range or rate limit of axis {axis} of {device}"
+    );
     fact("saturated", format!("{time_s:.3}"), "s", &note)
 }
 
@@ -170,7 +180,7 @@ fn perceived(felt: &PerceivedStiffness) -> Fact {
 fn round_trip(outcome: &Outcome) -> Fact {
     let note = match outcome.round_trip_ticks {
         None => "no reply, or the peer's scheme is unknown",
-        Some(_) => "measured on the link, plus delay modules",
+        Some(_) => "measured on the link, plus delay of the delay modules",
     };
     let ticks = outcome.round_trip_ticks.map_or(NONE.to_owned(), |ticks| ticks.to_string());
     fact("round trip", ticks, "ticks", note)
@@ -178,11 +188,11 @@ fn round_trip(outcome: &Outcome) -> Fact {
 
 fn channel_energy(energy_min_j: Option<f64>) -> Fact {
     let (value, note) = match energy_min_j {
-        None => (NONE.to_owned(), "needs waves on both sides"),
+        None => (NONE.to_owned(), "requires wave variables on both sides"),
         Some(energy_j) if energy_j < 0.0 => {
-            (format!("{energy_j:.3e}"), "of any axis; below 0: the line is not passive")
+            (format!("{energy_j:.3e}"), "minimum over all axes; below 0: the channel is not passive")
         }
-        Some(_) => ("0".to_owned(), "of any axis; never below 0: the line is passive"),
+        Some(_) => ("0".to_owned(), "minimum over all axes; never below 0: the channel is passive"),
     };
     fact("minimum channel energy", value, "J", note)
 }
@@ -190,14 +200,17 @@ fn channel_energy(energy_min_j: Option<f64>) -> Fact {
 /// Figures of a single side in real time, and figures that it lacks.
 fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
     let RealTime { side, late_ticks, worst_lateness_s } = real_time;
-    let latest =
-        format!("of {}, by more than a period; max delay {:.3} ms", outcome.ticks, 1e3 * worst_lateness_s);
+    let latest = format!(
+        "of {} ticks, late by more than a period; max delay {:.3} ms",
+        outcome.ticks,
+        1e3 * worst_lateness_s
+    );
     let unknown = |name: &str, unit: &str, note: &str| {
         fact(name, NONE.to_owned(), unit, &format!("unknown on the {side}: {note}"))
     };
     let mut facts = vec![
         fact("late ticks", late_ticks.to_string(), "", &latest),
-        unknown("minimum channel energy", "J", "needs the waves of both sides"),
+        unknown("minimum channel energy", "J", "requires the wave variables of both sides"),
     ];
     if outcome.k_perceived_n_per_m.iter().all(Option::is_none) {
         facts.push(fact(
@@ -205,7 +218,7 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
             NONE.to_owned(),
             "N/m",
             match side.as_str() {
-                "slave" => "unknown on the slave: the operator perceives it at the master",
+                "slave" => "unknown on the slave: the operator perceives stiffness at the master",
                 _ => "no settled contact on any axis",
             },
         ));

@@ -19,8 +19,8 @@ use crate::sweep::{self, Grid, Shard, SweepFile, SweepTable, Values, map};
 
 /// Run a grid of settings on all cores, and write a CSV and a map.
 ///
-/// The map shows one figure over two settings, with the border at which the loop's largest eigenvalue reaches 1, and the
-/// border of theory (docs/delay.md). Without --vary, runs the shipped stability map.
+/// The map shows one figure over two settings, with two stability borders: the largest eigenvalue of the loop reaches 1, and
+/// the border of theory (docs/delay.md). Without --vary, runs the shipped stability map.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Sweep {
@@ -29,19 +29,19 @@ pub(super) struct Sweep {
     /// Setting to vary, with its values; repeatable.
     ///
     /// `KEY=A,B,C`, `KEY=FROM:TO:STEP` or `KEY=log:FROM:TO:COUNT`; `KEY+KEY=...` sets several keys to the same value. Default:
-    /// the map of round trip and wall stiffness.
+    /// round-trip time and wall stiffness, for the stability map.
     #[arg(long = "vary", value_name = "KEY=VALUES")]
     vary: Vec<Values>,
     /// Change a setting of all points, such as `dof=1`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder of `sweep.csv` and the map; an interrupted sweep in it is continued.
+    /// Folder of `sweep.csv` and the map; an interrupted sweep in this folder is continued.
     #[arg(long, value_name = "FOLDER", default_value = "runs/sweep")]
     out: PathBuf,
-    /// Run only this part of the grid and write a separate file, to divide a sweep among machines.
+    /// Run only part NUMBER of COUNT and write a separate file, to divide a sweep among machines.
     #[arg(long, value_name = "NUMBER/COUNT")]
     shard: Option<Shard>,
-    /// Merge all shards in the folder into `sweep.csv`, without a run.
+    /// Merge all shards in the folder --out into `sweep.csv`, without running points.
     #[arg(long, conflicts_with = "shard")]
     merge: bool,
     /// Figure of the map: a column of the CSV.
@@ -66,12 +66,12 @@ struct Done<'a> {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart sweep                          stability of the bilateral loop: round trip to 1 s, wall to 1e5 N/m
+  dimsart sweep                          stability of the bilateral loop: round-trip time up to 1 s, wall up to 1e5 N/m
   dimsart sweep joint --vary device.joint.axis.0.plant.load.inertia=log:0.01:1:9 --map axes.0.overshoot
-  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --shard 3/16      one of 16 machines
-  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --merge           afterwards
+  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --shard 3/16      on machine 3 of 16
+  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --merge           merge the shards afterwards
 
-A row is written as soon as its point is done. The same command continues an interrupted sweep, provided that its settings are
+Each row is written as soon as its point is computed. The same command continues an interrupted sweep if the settings are
 unchanged (settings.toml). With Slurm:
   sbatch --array=1-16 --wrap 'dimsart sweep ... --shard $SLURM_ARRAY_TASK_ID/16'";
 
@@ -102,7 +102,9 @@ impl Sweep {
             let settings = self.sets.iter().flat_map(|set| ["--set", set]);
             let vary = STABILITY_MAP.iter().flat_map(|values| ["--vary", values]);
             let words: Vec<&str> = vary.chain(settings).collect();
-            say(self.json, out, |text| writeln!(text, "shipped map: dimsart sweep {}\n", words.join(" ")))?;
+            say(self.json, out, |text| {
+                writeln!(text, "shipped stability map: dimsart sweep {}\n", words.join(" "))
+            })?;
         }
         let grid = Grid::new(self.vary.clone())?;
         if self.merge {
@@ -137,7 +139,11 @@ impl Sweep {
         let points = file.len().min(count);
         say(self.json, out, |text| {
             writeln!(text, "{}: {points} of {count} points", rows.display())?;
-            if was_stopped { writeln!(text, "interrupted; repeat the command to continue") } else { Ok(()) }
+            if was_stopped {
+                writeln!(text, "sweep interrupted: repeat the command to continue")
+            } else {
+                Ok(())
+            }
         })?;
         let map = match self.shard {
             Some(_) => None,
@@ -152,7 +158,8 @@ impl Sweep {
         match std::fs::read_to_string(&path) {
             Ok(text) if text == settings_toml => Ok(()),
             Ok(_) => Err(format!(
-                "{}: the rows in this folder have other settings: give another folder with --out, or remove this one",
+                "{}: the settings of this folder differ from the settings of this sweep: give another folder with --out, or \
+                 delete this folder",
                 path.display()
             )),
             Err(_) => std::fs::write(&path, settings_toml)
@@ -190,13 +197,18 @@ impl Sweep {
                 None => merged = Some(table),
                 Some(merged) => merged.merge(table, grid.axes().len()).map_err(|_| {
                     format!(
-                        "{} has other columns than the first shard: it belongs to another sweep",
+                        "{}: columns differ from the first shard: remove this file of another sweep from the folder",
                         path.display()
                     )
                 })?,
             }
         }
-        let merged = merged.ok_or_else(|| format!("no sweep-N-of-M.csv in {}", self.out.display()))?;
+        let merged = merged.ok_or_else(|| {
+            format!(
+                "no sweep-N-of-M.csv found in {}: run the shards first, or give their folder with --out",
+                self.out.display()
+            )
+        })?;
         let (points, of) = (merged.rows.len(), grid.points());
         say(self.json, out, |text| writeln!(text, "{points} of {of} points from {} shards", paths.len()))?;
         let map = self.finish(grid, merged, out)?;
@@ -218,7 +230,7 @@ impl Sweep {
         let map = map(grid, &table, &self.map).ok_or_else(|| {
             let known = table.header.iter().skip(grid.axes().len()).cloned().collect::<Vec<_>>();
             let near = hil_sim::schemes::suggestion(&self.map, &known);
-            format!("--map {}: unknown column; {near}. The rows are in {WHOLE_FILE}", self.map)
+            format!("--map {}: unknown column; {near}. All rows are saved in {WHOLE_FILE}", self.map)
         })?;
         let svg = report::write_map(&self.out, &map)?;
         say(self.json, out, |text| writeln!(text, "map: {}", svg.display()))?;

@@ -15,13 +15,13 @@ use crate::top;
 
 /// Monitor, tune and move controllers in the terminal.
 ///
-/// Shows state, first fault and lease; modules with parameters; signals, one of them as a chart of the last 10 s; events. A
+/// Shows state, first fault and lease; modules with parameters; signals, with a chart of one signal over the last 10 s; events. A
 /// parameter with `*` differs from its default. On terminals below 72 columns, or with fewer than 12 free lines, one panel
-/// is shown at a time. `NO_COLOR` disables colours. Of a board every 4th tick is shown.
+/// is shown at a time. `NO_COLOR` disables colours. Of a board, every 4th tick is shown.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, after_long_help = format!("{EXAMPLES}\n\n{KEYS}"))]
 pub(super) struct Top {
-    /// Ports (default: all that programs of this user share, such as `dimsart serve`).
+    /// Ports (default: all ports shared by programs of this user, such as `dimsart serve`).
     ///
     /// `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of `dimsart serve`.
     #[arg(value_name = "PORT")]
@@ -33,20 +33,20 @@ pub(super) struct Top {
 
 const EXAMPLES: &str = "\
 Examples:
-    dimsart top                                 all shared ports, for example of `dimsart serve`
+  dimsart top                                 all shared ports, such as the ports of `dimsart serve`
   dimsart top sim:joint                       the simulated joint of `dimsart serve`
   dimsart top /dev/ttyACM0 /dev/ttyACM1       two boards
-  ssh -t robot dimsart top                    on a robot's computer";
+  ssh -t robot dimsart top                    run on a robot's computer";
 
 const KEYS: &str = "\
 Keys:
-  Space          STOP all stations shown and release their leases, also while typing; `s` does the same otherwise
-  a, d           arm, after a question, and disarm. Motion ends within 0.7 s if the terminal closes or does not keep up
-  c, r           check, which starts a stopped scheme if it matches, and reset; both only while not armed from here
+  Space          STOP all stations shown and release their leases, also while typing; `s` also does so, except while typing
+  a, d           arm (asks for confirmation), disarm. Motion ends within 0.7 s if the terminal closes or does not keep up
+  c, r           check (STARTS a stopped scheme if the scheme matches), reset; only while this terminal does not hold the lease
   1 … 9, Tab     select a station
   Left, Right    select the panel: modules, signals, chart or events
   Up, Down, PgUp, PgDn, Home, End   select a line
-  Enter          edit the selected parameter; a refusal is shown with its reason
+  Enter          edit the selected parameter; if the device refuses the value, the reason is shown
   /              filter by name; Esc ends the filter
   ?              list the keys
   q, Ctrl-C      release the lease and quit";
@@ -56,8 +56,8 @@ impl Top {
         if !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
             let port = self.ports.first().map_or("PORT", String::as_str);
             let reason = format!(
-                "`dimsart top` needs a terminal (over SSH: `ssh -t`); without one, use `dimsart connect {port}`, with \
-                 `--json` for programs"
+                "`dimsart top` needs a terminal (over SSH: `ssh -t`); without a terminal, use `dimsart connect {port}`, \
+                 with `--json` for programs"
             );
             return Err(UsageError(reason).into());
         }

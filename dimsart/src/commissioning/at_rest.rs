@@ -70,10 +70,10 @@ pub(super) fn checks(looks: &Looks, board: Option<&BoardInfo>, holder: Option<u8
                 (supply, "check the supply, its switch and wires, or the limits in `boards/src/catalogue/`")
             }
             "BRIDGE_TEMPERATURE" | "TEMPERATURE" | "WINDING_TEMPERATURE" => {
-                (temperature, "let it cool down, or check the sensor")
+                (temperature, "let the drive cool down, or check the temperature sensor")
             }
             "MOTOR_CURRENT" => ([-current, current], "disconnect the motor and check the shunt amplifiers"),
-            "DRIVE_FAULT" => ([0.0, 0.0], "look up this number in the drive's manual"),
+            "DRIVE_FAULT" => ([0.0, 0.0], "look up the value of DRIVE_FAULT in the drive's manual"),
             _ => continue,
         };
         checks.extend(within(looks, name, range, next, holder));
@@ -85,7 +85,10 @@ pub(super) fn checks(looks: &Looks, board: Option<&BoardInfo>, holder: Option<u8
 }
 
 fn driven(name: &str, holder: u8) -> Check {
-    Check::not_run(name, format!("not at rest: client {holder} holds the lease"))
+    Check::not_run(
+        name,
+        format!("board not at rest: client {holder} holds the lease; disarm that client first"),
+    )
 }
 
 /// Formats values with their unit.
@@ -127,7 +130,8 @@ fn encoders(looks: &Looks, counts_per_turn: Option<f64>, holder: Option<u8>) -> 
         moved.iter().all(|moved| moved.is_finite() && moved.abs() <= most),
         format!("{}, moved by {} in 1 s", listed(&after, unit), listed(&moved, unit)),
         format!(
-            "finite and constant within {most:.4} {unit}; check with `watch POSITION` that the value follows when the shaft is turned by hand"
+            "finite and constant within {most:.4} {unit}; turn the shaft by hand and check with `watch POSITION` that \
+             the value follows"
         ),
         "hold the shafts still; if they do not turn, check the encoder's supply, ground and shield",
     ))
@@ -135,7 +139,7 @@ fn encoders(looks: &Looks, counts_per_turn: Option<f64>, holder: Option<u8>) -> 
 
 /// Names of the values of `LINK_STATE`.
 const STATES: [&str; 7] =
-    ["no data yet", "ok", "some lost", "repeated", "wrong sequence", "error", "timeout"];
+    ["no data yet", "ok", "packets lost", "packet repeated", "wrong sequence", "error", "timeout"];
 
 fn links(looks: &Looks) -> Vec<Check> {
     let names = looks.after.iter().map(|report| report.name.as_str());
@@ -144,15 +148,15 @@ fn links(looks: &Looks) -> Vec<Check> {
         .filter_map(|suffix| link(looks, suffix))
         .collect();
     if checks.is_empty() {
-        checks.push(Check::not_run("links", "the scheme receives nothing from a link"));
+        checks.push(Check::not_run("links", "the scheme receives no packets from a link"));
     }
     checks.extend(growth(looks, "CAN_REJOINS").map(|(rejoins, in_all)| {
         Check::new(
             "CAN bus",
             rejoins <= 0.0,
             format!("{rejoins} bus-off recoveries in 1 s, {in_all} since the start"),
-            "no bus-off",
-            "check 120 ohm at both ends, CANH and CANL, the transceiver and the bit rates of all nodes",
+            "no bus-off recovery",
+            "check the 120 ohm termination at both ends, CANH and CANL, the transceiver and the bit rates of all nodes",
         )
     }));
     checks
@@ -181,7 +185,7 @@ fn link(looks: &Looks, suffix: &str) -> Option<Check> {
     Some(Check::new(
         &name,
         text == "ok" && lost <= 0.0 && refused <= 0.0,
-        format!("{text}; {lost} lost and {refused} refused in 1 s"),
+        format!("{text}; {lost} packets lost and {refused} refused in 1 s"),
         "ok, no packet lost or refused",
         "check the peer, the wires and the bit rates",
     ))

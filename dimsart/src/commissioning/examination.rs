@@ -28,7 +28,7 @@ pub fn examine<S: Read + Write>(
     device.ticks()?;
     let answer_ms = 1e3 * (around.now_s() - begun_s);
     let mut checks = vec![
-        Check::new("answers", true, format!("in {answer_ms:.1} ms"), "an answer", ""),
+        Check::new("answers", true, format!("answer in {answer_ms:.1} ms"), "an answer", ""),
         protocol(device.identity().protocol_version),
         board(&device.identity().device, name),
     ];
@@ -67,7 +67,7 @@ fn board(found: &str, wanted: Option<&str>) -> Check {
             found == wanted,
             found,
             wanted,
-            "give the port of the right board, or flash its image",
+            "give the port of the expected board, or flash the image of the expected board",
         ),
         None => Check::new("board", true, found, "a board name", ""),
     }
@@ -85,16 +85,16 @@ fn stamp(image: &str, timing: Option<&TimingText>) -> Check {
     if !is_unstamped && limit.is_none() {
         return Check::not_run(
             name,
-            format!("{image}: no stamp and no limit of the tick, as on a simulated controller"),
+            format!("{image}: no stamp and no tick limit, as on a simulated controller"),
         );
     }
-    let limit = limit.map_or(String::new(), |limit| format!(", limit of a tick {limit} cycles"));
+    let limit = limit.map_or(String::new(), |limit| format!(", tick limit {limit} cycles"));
     Check::new(
         name,
         !is_unstamped,
         format!("{image}{limit}"),
-        "a stamp with module costs",
-        "flash a stamped image with `cargo xtask flash BOARD`; `dimsart stamp IMAGE` stamps an image",
+        "an image stamped with module costs",
+        "stamp the image with `dimsart stamp IMAGE`, or flash a stamped image with `cargo xtask flash BOARD`",
     )
 }
 
@@ -104,11 +104,11 @@ fn start(events: &Events) -> Check {
     let Some(place) = events.0.iter().rposition(|event| is(event.what, EventKind::Started)) else {
         return Check::not_run(
             name,
-            "no start in the event log: the device keeps no events, or the log wrapped",
+            "no start event in the log: the device stores no events, or newer events overwrote the start",
         );
     };
     let (before, last) = events.0.split_at(place);
-    let Some(started) = last.first() else { return Check::not_run(name, "the device keeps no events") };
+    let Some(started) = last.first() else { return Check::not_run(name, "the device stores no events") };
     let stop = before
         .last()
         .filter(|event| is(event.what, EventKind::Panic) || is(event.what, EventKind::Exception));
@@ -120,8 +120,8 @@ fn start(events: &Events) -> Check {
         name,
         stop.is_none() && started.detail != StartCause::Watchdog as u32,
         found,
-        "by power-on, reset pin or flashing",
-        "read its log (`cargo xtask flash BOARD`) and `events`; docs/faults.md, 128 to 133",
+        "start by power-on, reset pin or flashing",
+        "read the board's log (`cargo xtask flash BOARD`) and run `events`; see events 128 to 133 in docs/faults.md",
     )
 }
 
@@ -130,9 +130,9 @@ fn scheme(kept: Option<&StoredSchemesReport>) -> Check {
     let Some(kept) = kept else { return Check::not_run(name, "the device stores no schemes") };
     let next = match (kept.origin, kept.trial) {
         ("none", _) => "no scheme matches this device: run `faults`",
-        (_, "waits") => "restart the board for the trial, or run `rollback`",
+        (_, "waits") => "restart the board to start the scheme on trial, or run `rollback`",
         (_, "tried") => "run `confirm` to keep the scheme on trial, or `rollback`",
-        _ => "`save` a matching scheme, restart, `confirm`",
+        _ => "`save` a matching scheme, restart the board and `confirm` the scheme",
     };
     Check::new(
         name,
@@ -155,6 +155,6 @@ fn faults(faults: &Faults, has_fault: bool) -> Check {
         !has_fault && faults.faults == 0 && faults.cut_out.is_none(),
         found.join("; "),
         "no active fault",
-        "correct the fault; look up its number in docs/faults.md",
+        "look up the fault's number in docs/faults.md and correct the fault",
     )
 }

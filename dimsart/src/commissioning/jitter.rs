@@ -71,7 +71,7 @@ pub(super) fn judge(name: &str, periods_cycles: &[f64], hz: f64) -> (Check, Opti
     let count = periods_cycles.len() as f64;
     let mean = periods_cycles.iter().sum::<f64>() / count;
     let off_us: Vec<f64> = periods_cycles.iter().map(|cycles| (cycles / mean - 1.0) * 1e6 / hz).collect();
-    let histogram = Histogram::of("Jitter of the tick's period", "µs", &off_us);
+    let histogram = Histogram::of("Jitter of the tick period", "µs", &off_us);
     let Some(farthest) = off_us.iter().copied().max_by(|one, other| one.abs().total_cmp(&other.abs())) else {
         return (Check::not_run(name, "the device does not measure the tick period"), None);
     };
@@ -81,11 +81,11 @@ pub(super) fn judge(name: &str, periods_cycles: &[f64], hz: f64) -> (Check, Opti
         name,
         farthest.abs() <= allowed,
         format!(
-            "{farthest:+.2} µs max from the mean of {mean:.0} cycles, standard deviation {deviation:.2} µs, {count} ticks \
-             sampled"
+            "{farthest:+.2} µs max deviation from the mean period of {mean:.0} cycles, standard deviation \
+             {deviation:.2} µs, {count} ticks sampled"
         ),
-        format!("max {allowed} µs"),
-        "find what blocks interrupts: a debugger, writing to flash, or a critical section in your own code",
+        format!("max deviation {allowed} µs"),
+        "find the cause of blocked interrupts: a debugger, a write to flash, or a critical section in your own code",
     );
     (check, histogram)
 }

@@ -65,7 +65,7 @@ impl LockedRotor {
     /// [`ConnectError`] if the device does not answer or refuses the scheme.
     pub fn prepare<S: Read + Write>(device: &mut Device<S>) -> Result<String, ConnectError> {
         let rows = device.scheme_rows(None)?;
-        let scheme = SchemeText { name: "a constant torque".to_owned(), text: SCHEME.to_owned() };
+        let scheme = SchemeText { name: "constant-torque scheme".to_owned(), text: SCHEME.to_owned() };
         device.replace_scheme(&scheme, ALL_DESTINATIONS)?;
         Ok(rows)
     }
@@ -114,7 +114,7 @@ impl LockedRotor {
     /// # Errors
     /// As [`align`](Self::align).
     pub fn put_back<S: Read + Write>(device: &mut Device<S>, rows: &str) -> Result<(), ConnectError> {
-        let scheme = SchemeText { name: "the scheme before".to_owned(), text: rows.to_owned() };
+        let scheme = SchemeText { name: "previous scheme".to_owned(), text: rows.to_owned() };
         device.replace_scheme(&scheme, ALL_DESTINATIONS).map(drop)
     }
 
@@ -142,7 +142,7 @@ impl LockedRotor {
     fn judge(&self, rows: &[TapRow], widths: &[usize], period_s: f64, reason: Option<&str>) -> Check {
         let name = "torque on a locked rotor";
         let next =
-            "check the motor's torque constant (catalogue), the scaling of the shunts and the phase wires";
+            "check the motor's torque constant in the catalogue, the shunt scaling and the phase wires";
         let expected = format!(
             "{:.3} A ±{:.0} % ({} N m / {} N m/A), rotor locked",
             self.wanted_a(),
@@ -173,7 +173,7 @@ impl LockedRotor {
                 most - least
             ),
             expected,
-            if is_held { next } else { "the rotor turned: clamp it" },
+            if is_held { next } else { "the rotor turned: clamp the rotor" },
         )
     }
 

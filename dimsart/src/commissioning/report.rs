@@ -69,7 +69,7 @@ impl Report {
         let verdict = if self.is_well { "all checks passed" } else { "FAILED" };
         let mut text = format!("# {}: {verdict}\n\n", self.board);
         if self.is_emulated {
-            text += "Run on an emulated chip, not on silicon.\n\n";
+            text += "The checks ran on an emulated chip, not on a real board.\n\n";
         }
         text += "| | |\n|---|---|\n";
         for (name, value) in &self.facts {

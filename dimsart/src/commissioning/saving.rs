@@ -9,8 +9,9 @@ use super::{Check, Surroundings};
 use crate::connect::{ConnectError, Device, StoredSchemesReport};
 
 const NAME: &str = "save, restart, confirm";
-const EXPECTED: &str = "on trial after one restart, saved after the next";
-const NEXT: &str = "run `show` and `events`; flash that loses data is worn out or write-protected";
+const EXPECTED: &str = "scheme on trial after the first restart, saved after the second";
+const NEXT: &str =
+    "run `show` and `events`; if the flash loses data, the flash is worn out or write-protected";
 /// Maximum time from a restart to the first answer, `s`.
 const START_S: f64 = 5.0;
 
@@ -36,19 +37,19 @@ pub fn save_and_restart<S: Read + Write>(
     if let (Some(before), Some(after)) = (before, after) {
         let (late, overruns) =
             (after.late.saturating_sub(before.late), after.overruns.saturating_sub(before.overruns));
-        let found = format!("{late} ticks late, {overruns} overran");
+        let found = format!("{late} ticks started late, {overruns} overran");
         checks.push(match was_stopped {
             // The board announced it, and nothing moves.
             true => Check::not_run(
                 "ticks in time while saving",
-                format!("{found}; scheme stopped, since the processor halts while it writes"),
+                format!("{found}; the scheme was stopped, because the processor halts while writing to flash"),
             ),
             false => Check::new(
                 "ticks in time while saving",
                 late + overruns == 0,
                 found,
                 "0 late, 0 overran",
-                "set option bit DBANK to 1: then one flash bank is read while the other is written",
+                "set option bit DBANK to 1: the processor then reads one flash bank while it writes the other",
             ),
         });
     }
@@ -63,7 +64,7 @@ fn tried<S: Read + Write>(
 ) -> Result<Check, ConnectError> {
     let wrong = |found: String| Check::new(NAME, false, found, EXPECTED, NEXT);
     if saved.trial != "waits" {
-        return Ok(wrong(format!("after `save`: {saved}")));
+        return Ok(wrong(format!("state after `save`: {saved}")));
     }
     for (number, wanted) in [(1, "trial"), (2, "saved")] {
         let begun_s = around.now_s();
@@ -90,7 +91,7 @@ fn tried<S: Read + Write>(
             write(device, Device::confirm)?;
         }
     }
-    Ok(Check::new(NAME, true, "tried, confirmed and started", EXPECTED, NEXT))
+    Ok(Check::new(NAME, true, "scheme tried, confirmed and started", EXPECTED, NEXT))
 }
 
 /// Writes the board's flash, and stops its scheme first if the board requires it; returns whether it was stopped.

@@ -58,10 +58,13 @@ impl Surroundings for Computer {
         let mut words = line.split_whitespace();
         let program = words.next().ok_or("no restart command given (--restart)")?;
         let output = Command::new(program).args(words).output();
-        let output = output.map_err(|error| format!("cannot run `{line}`: {error}"))?;
+        let output = output.map_err(|error| format!("cannot run restart command `{line}`: {error}"))?;
         match output.status.success() {
             true => Ok(()),
-            false => Err(format!("`{line}`: {}", String::from_utf8_lossy(&output.stderr).trim())),
+            false => {
+                let error = String::from_utf8_lossy(&output.stderr);
+                Err(format!("restart command `{line}` failed: {}", error.trim()))
+            }
         }
     }
 }

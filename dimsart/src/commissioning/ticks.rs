@@ -118,7 +118,7 @@ fn rate(name: &str, around: &impl Surroundings, before: &Counted, after: &Counte
         (ticks / time_s / hz - 1.0).abs() <= share,
         format!("{:.1} Hz", ticks / time_s),
         format!("{hz:.0} Hz ±{:.2} %", 100.0 * share),
-        "board and host clocks disagree: compare the board's crystal with `boards/src/`",
+        "board and host clocks disagree: compare the board's crystal frequency with `boards/src/`",
     )
 }
 
@@ -127,13 +127,13 @@ fn difference(before: u64, after: u64) -> u32 {
 }
 
 fn restarted(name: &str) -> Check {
-    let next = "run `events` for the cause; results below are not valid";
+    let next = "run `events` for the cause; the results of later checks are invalid";
     Check::new(name, false, "the board restarted during the test", "no restart", next)
 }
 
 fn in_time(name: &str, before: &Counted, after: &Counted) -> Check {
     let (Some(then), Some(now)) = (&before.timing, &after.timing) else {
-        return Check::not_run(name, "the device does not report it");
+        return Check::not_run(name, "the device does not report late ticks");
     };
     if now.ticks < then.ticks {
         return restarted(name);
@@ -147,8 +147,7 @@ fn in_time(name: &str, before: &Counted, after: &Counted) -> Check {
     if then.late + then.overruns > 0 {
         found += &format!("; before the test: {} late ticks, {} overruns", then.late, then.overruns);
     }
-    let next =
-        "find what delays ticks: a debugger, writing to flash, or a scheme that takes too long (`show`)";
+    let next = "find the cause of late ticks: a debugger, a write to flash, or a scheme that takes too long (`show`)";
     Check::new(name, late + overruns == 0, found, "0 late, 0 overran", next)
 }
 
@@ -157,13 +156,13 @@ fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
     let Some((timing, mean, most, bound)) = timing
         .and_then(|timing| Some((timing, timing.mean_cycles?, timing.max_cycles?, timing.bound_cycles?)))
     else {
-        return Check::not_run(name, "the device does not report tick times or their bound");
+        return Check::not_run(name, "the device does not report the cycles of a tick or their bound");
     };
     let min_sent = cycles.iter().copied().reduce(f64::min);
     let max_sent = cycles.iter().copied().reduce(f64::max);
-    let mut found = format!("mean {mean}, max {most} since the start, with requests");
+    let mut found = format!("mean {mean}, max {most} cycles since the start, with requests");
     if let (Some(least), Some(most)) = (min_sent, max_sent) {
-        found = format!("{least} to {most} in {} sampled ticks; {found}", cycles.len());
+        found = format!("{least} to {most} cycles in {} sampled ticks; {found}", cycles.len());
     }
     let limit = timing.limit_cycles;
     Check::new(
@@ -171,10 +170,10 @@ fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
         max_sent.unwrap_or(mean.into()) <= bound.into() && limit.is_none_or(|limit| most <= limit.get()),
         found,
         format!(
-            "max {bound} without requests (bound of the machine code); limit with requests: {}",
-            limit.map_or("none".to_owned(), |limit| limit.to_string())
+            "max {bound} cycles without requests (bound from the machine code); limit with requests: {}",
+            limit.map_or("none".to_owned(), |limit| format!("{limit} cycles"))
         ),
-        "run `cargo xtask step cycle-table BOARD`, which compares the chip with the model, and report its output",
+        "run `cargo xtask step cycle-table BOARD`, which compares the chip with the model, and report the output",
     )
 }
 
@@ -192,10 +191,10 @@ fn line(name: &str, before: &Counted, after: &Counted, hz: f64) -> Check {
         name,
         is_alive && dropped + damaged == 0,
         format!(
-            "{heartbeat}; {dropped} dropped, {damaged} damaged; since the start {} and {}",
+            "{heartbeat}; {dropped} frames dropped, {damaged} damaged; since the start {} dropped, {} damaged",
             now.dropped, now.damaged
         ),
-        "10 heartbeats per second, nothing lost",
+        "10 heartbeats per second, no frame lost",
         "check cable and baud rate, and close other programs that use the board",
     )
 }

@@ -55,7 +55,8 @@ impl<S: Read + Write> Device<S> {
         let values =
             self.signals(std::slice::from_ref(signal))?.first().map_or(0, |report| report.values.len());
         if usize::try_from(*word).is_ok_and(|word| word >= values) {
-            let reason = format!("{signal} has no word {word}: it has {values} words, counted from 0");
+            let reason =
+                format!("{signal} has no word {word}: the signal has {values} words, counted from 0");
             return Err(ConnectError::Word(reason));
         }
         let (name, number) = self.free_recorder()?;
@@ -83,7 +84,7 @@ impl<S: Read + Write> Device<S> {
         });
         let away =
             self.send_rows_as_one(&format!("all MOD_ENG MOD_OFF {name}\nall MOD_ENG MOD_CLOSE {name}\n"));
-        let stays = away.err().map(|error| format!("{name} stays plugged in: {error}"));
+        let stays = away.err().map(|error| format!("recorder {name} stays plugged in: {error}"));
         Ok(Captured { recorded: recorded?, stays })
     }
 

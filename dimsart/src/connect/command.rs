@@ -117,7 +117,7 @@ impl<S: Read + Write> Device<S> {
         let place = self.instances()?.into_iter().find(|instance| instance.module == reference);
         let place = place.and_then(|instance| instance.place);
         let effect_text = match place {
-            Some(place) => format!("{module} is plugged in, at place {}", u16::from(place) + 1),
+            Some(place) => format!("{module} is plugged in at position {}", u16::from(place) + 1),
             None => format!("{module} was unplugged again"),
         };
         self.change(effect_text, &effect)

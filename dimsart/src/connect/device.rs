@@ -91,8 +91,8 @@ impl<S: Read + Write> Device<S> {
     pub fn version_note(&self) -> Option<String> {
         self.newer_version().map(|theirs| {
             format!(
-                "the device has protocol version {theirs}, this command {PROTOCOL_VERSION}: read-only except for `stop`, \
-                 and newer content is not shown; use the `dimsart` of the image's version for full access"
+                "the device has protocol version {theirs}, this program {PROTOCOL_VERSION}: only reading and `stop` \
+                 are possible, and newer content is not shown; use the `dimsart` of the image's version for full access"
             )
         })
     }

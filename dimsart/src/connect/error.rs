@@ -36,8 +36,8 @@ pub enum ConnectError {
     NoLease,
     /// The lease expired.
     #[error(
-        "lease expired, outputs at their safe value: no answer to its renewals in time; check the line for lost bytes, \
-         and the device for overload"
+        "lease expired, outputs at their safe value: the device did not answer lease renewals in time; check the line \
+         for lost bytes, and the device for overload"
     )]
     LeaseExpired,
     /// The remote user of the lease is silent or has left.
@@ -54,7 +54,10 @@ pub enum ConnectError {
     )]
     NoLaws,
     /// The board has no drive, or its image is too old.
-    #[error("this board has no configurable motor drive, or its image is too old")]
+    #[error(
+        "this board has no configurable motor drive, or an old image: flash a current image, `cargo xtask flash \
+         BOARD`"
+    )]
     NoDrive,
     /// The layout of the configuration is unknown.
     #[error(
@@ -69,11 +72,12 @@ pub enum ConnectError {
     NoRandomness(String),
     /// A list of the device exceeds its maximum length.
     #[error(
-        "a list of the device exceeds its maximum length: flash an image of this version, `cargo xtask flash BOARD`"
+        "the device sent a list that exceeds the maximum length: flash an image of this version, `cargo xtask flash \
+         BOARD`"
     )]
     ListTooLong,
     /// The answer does not fit the request.
-    #[error("unexpected answer from the device: compare the versions of its image and of this command")]
+    #[error("unexpected answer from the device: use a `dimsart` and an image of the same version")]
     UnexpectedAnswer,
     /// An unknown name or an invalid value.
     #[error("{0}")]

@@ -79,6 +79,6 @@ fn frame_text(known: &Description, error: FrameError) -> String {
             known.signal_name(signal),
             f32::from_bits(bits)
         ),
-        FrameError::Length { .. } => format!("{error}; the image's board and descriptor differ"),
+        FrameError::Length { .. } => format!("{error}; correct the device descriptor of the image's board"),
     }
 }

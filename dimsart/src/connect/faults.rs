@@ -126,7 +126,7 @@ fn write_findings(f: &mut fmt::Formatter<'_>, faults: u32, findings: &[FindingTe
     let listed = findings.iter().filter(|finding| finding.is_fault).count();
     match usize::try_from(faults).unwrap_or(usize::MAX).saturating_sub(listed) {
         0 => Ok(()),
-        more => write!(f, "\n  and {more} more faults: correct these first"),
+        more => write!(f, "\n  and {more} more faults: correct the listed faults first"),
     }
 }
 

@@ -44,7 +44,7 @@ impl fmt::Display for StoredSchemesReport {
             ("tried", "trial") => {
                 write!(
                     f,
-                    "\nrun `confirm` to keep it; without `confirm` the next start runs {otherwise} scheme"
+                    "\nrun `confirm` to keep the scheme; without `confirm` the next start runs {otherwise} scheme"
                 )
             }
             ("tried", _) => write!(f, "\nthe scheme on trial does not run again: `save` another scheme"),
@@ -94,10 +94,10 @@ impl fmt::Display for TimingText {
             write!(f, "; tick: last {last} cycles, mean {mean}, max {max}")?;
         }
         if let Some(bound) = self.bound_cycles {
-            write!(f, "; bound of the machine code {bound} cycles")?;
+            write!(f, "; WCET bound from the machine code: {bound} cycles")?;
         }
         if let Some(limit) = self.limit_cycles {
-            write!(f, ", limit {limit}")?;
+            write!(f, ", limit {limit} cycles")?;
         }
         Ok(())
     }
@@ -175,16 +175,17 @@ impl<S: Read + Write> Device<S> {
     fn fallback_text(&mut self, fallback: Fallback) -> Result<String, ConnectError> {
         let (which, error) = match fallback {
             Fallback::Storage => {
-                return Ok("its storage is unreadable or contains other data: `save` again".to_owned());
+                let text = "the scheme storage is unreadable or contains other data: `save` the scheme again";
+                return Ok(text.to_owned());
             }
             Fallback::Damaged => {
-                let text =
-                    "a storage entry is damaged or incomplete, an older entry was loaded: `save` again";
+                let text = "a storage entry is damaged or incomplete, an older entry was loaded: `save` the scheme \
+                            again";
                 return Ok(text.to_owned());
             }
             Fallback::NotRecorded => {
-                let text = "the scheme on trial was not started, its trial could not be recorded in storage: `save` \
-                            it again";
+                let text = "the scheme on trial was not started, because storage could not record the trial: `save` \
+                            the scheme again";
                 return Ok(text.to_owned());
             }
             Fallback::Unconfirmed => {
@@ -198,11 +199,11 @@ impl<S: Read + Write> Device<S> {
         let error = match error {
             LoadError::Refused { command, error } => {
                 let number = command.saturating_add(1);
-                format!("its command {number} was refused: {}", self.refusal_text(error)?)
+                format!("command {number} was refused: {}", self.refusal_text(error)?)
             }
             error => error.to_string(),
         };
-        Ok(format!("{which} does not load: {error}"))
+        Ok(format!("cannot load {which}: {error}"))
     }
 }
 

@@ -67,7 +67,7 @@ impl fmt::Display for Laws {
         for law in &self.laws {
             writeln!(f, "{law}")?;
         }
-        write!(f, "{} of {} laws", self.laws.len(), self.places)
+        write!(f, "{} of at most {} laws", self.laws.len(), self.places)
     }
 }
 

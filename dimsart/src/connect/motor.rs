@@ -40,8 +40,8 @@ impl<S: Read + Write> Device<S> {
         let configuration =
             Configuration::from_words(&report.words).ok_or(ConnectError::MotorLayout(report.layout))?;
         let fallback = report.fallback.map(|fallback| match fallback {
-            MotorFallback::Storage => "it cannot be read",
-            MotorFallback::Layout => "it was written by an image with another configuration layout",
+            MotorFallback::Storage => "the storage cannot be read",
+            MotorFallback::Layout => "an image with another configuration layout wrote the configuration",
             MotorFallback::Value => "a value is out of range, or invalid for this board",
             MotorFallback::Damaged => {
                 "a damaged storage entry may be a newer configuration: set the configuration again"

@@ -77,7 +77,7 @@ impl fmt::Display for Recorded {
         match (rows.first(), rows.last()) {
             (Some(first), Some(last)) => {
                 let count = rows.len();
-                write!(f, "{count} rows of {signal}, number {} to {}", first.number, last.number)?;
+                write!(f, "{count} rows of {signal}, numbered {} to {}", first.number, last.number)?;
             }
             _ if *overwritten == 0 => {
                 write!(
@@ -158,7 +158,7 @@ impl<S: Read + Write> Device<S> {
         let layout = self.layout(recorder)?;
         let length = self.length(recorder, &layout, &name)?;
         let was_changed =
-            || ConnectError::Word(format!("{name} was changed or reset during the read: read it again"));
+            || ConnectError::Word(format!("{name} was changed or reset during the read: repeat the read"));
         let mut taken = self.rows_taken(&layout)?.ok_or_else(was_changed)?;
         let (mut next, end) = (taken.saturating_sub(length), taken);
         let (mut rows, mut overwritten) = (Vec::new(), 0);
@@ -213,9 +213,9 @@ impl<S: Read + Write> Device<S> {
         let names = self.recorders()?;
         let there = match names.is_empty() {
             true => {
-                format!("none is plugged in; bind its PORT_SIGNAL_IN with `set`, then run `on {RECORDER}`")
+                format!("to plug in a recorder, bind its PORT_SIGNAL_IN with `set`, then run `on {RECORDER}`")
             }
-            false => format!("plugged in: {}", names.join(", ")),
+            false => format!("plugged-in recorders: {}", names.join(", ")),
         };
         match (name, recorders.as_slice()) {
             (Some(name), _) => {
@@ -249,8 +249,8 @@ impl<S: Read + Write> Device<S> {
         if expected != Some(layout.memory_words) || layout.memory_words == 0 {
             let Layout { signal, row_words, memory_words, .. } = layout;
             return Err(ConnectError::Word(format!(
-                "{name} has {memory_words} words of memory, which is not {rows} rows of {row_words} words of {signal}: \
-                 bind it to a signal that it can record"
+                "{name} has {memory_words} words of memory, not {rows} rows of {row_words} words of {signal}: bind \
+                 the recorder to a signal that it can record"
             )));
         }
         Ok(rows)

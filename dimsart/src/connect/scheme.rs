@@ -54,6 +54,15 @@ impl<S: Read + Write> Device<S> {
         self.send(scheme, side, Sending { first: vec![Command::Close], ..Sending::default() })
     }
 
+    /// Replaces the pending scheme of the open transaction by rows for all destinations.
+    ///
+    /// # Errors
+    /// As [`send_scheme`](Self::send_scheme); the transaction stays open with the rows before the refused one.
+    pub(crate) fn replace_pending(&mut self, scheme: &SchemeText) -> Result<(), ConnectError> {
+        let sending = Sending { first: vec![Command::Close], ..Sending::default() };
+        self.send_rows(scheme, ALL_DESTINATIONS, sending).map(drop)
+    }
+
     /// Returns the rows that rebuild the current scheme, with this destination or `all`; see [`rows`](hil_sim::schemes::rows).
     ///
     /// # Errors
@@ -143,7 +152,7 @@ impl<S: Read + Write> Device<S> {
         if matches!(command, Command::Begin | Command::Commit | Command::Abort) {
             let mut misread = self.misread(row.refused(CommandError::TransactionOpen), None)?;
             misread.message =
-                "refused: remove this row, the file is sent as one transaction anyway".to_owned();
+                "refused: remove this row, because a file is always sent as one transaction".to_owned();
             return Ok(Err(misread));
         }
         let Effect { refused, .. } = self.try_give(command)?;

@@ -5,11 +5,13 @@ use std::io::{Read, Write};
 
 use dimsart_core::scheme::{PORT_PREFIX, SWITCH};
 use dimsart_core::{
-    Accepted, Direction, EVERY_TICKS, Entries, KindId, ModuleRef, PortDescription, Usage, Vocabulary,
+    Accepted, CommandError, Direction, EVERY_TICKS, Entries, KindId, ModuleRef, ParameterError,
+    PortDescription, Usage, Vocabulary,
 };
-use dimsart_link::protocol::{InstanceText, LeaseStatus, NO_CLIENT, Request, Response};
+use dimsart_link::protocol::{InstanceText, LeaseStatus, NO_CLIENT, Refusal, Request, Response};
 use serde::Serialize;
 
+use super::data_types::SignalForm;
 use super::description::{Identity, ValueText, axis_name, joined, range_text};
 use super::device::take;
 use super::faults::FirstFaultText;
@@ -17,6 +19,8 @@ use super::kept::{StoredSchemesReport, TimingText, known};
 use super::key::KeyReport;
 use super::signals::SignalReport;
 use super::{ConnectError, Device};
+
+const EMPTY_LIST: CommandError = CommandError::Parameter(ParameterError::Unknown);
 
 /// A parameter and its value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -60,6 +64,9 @@ pub struct PortReport {
     pub writes: bool,
     /// The signal it is bound to.
     pub signal: String,
+    /// Unit and shape of its signals.
+    #[serde(flatten)]
+    pub form: SignalForm,
 }
 
 impl ParameterReport {
@@ -197,7 +204,10 @@ impl fmt::Display for Overview {
             None => {}
             Some(LeaseStatus { holder: NO_CLIENT, .. }) => writeln!(f, "no client holds the lease")?,
             Some(LeaseStatus { holder, ticks_left }) => {
-                writeln!(f, "client {holder} holds the lease, for {ticks_left} ticks without renewal")?;
+                writeln!(
+                    f,
+                    "client {holder} holds the lease, which expires in {ticks_left} ticks without renewal"
+                )?;
             }
         }
         if let Some(key) = &status.key {
@@ -311,6 +321,11 @@ impl<S: Read + Write> Device<S> {
                 name: format!("{PORT_PREFIX}{}", port.name),
                 writes: port.direction != Direction::Read,
                 signal: port.bound.map(|signal| known.signal_name(signal).to_string()).unwrap_or_default(),
+                form: port
+                    .default
+                    .and_then(|signal| known.type_of(signal))
+                    .map(|data_type| SignalForm::of(&data_type, known.axes()))
+                    .unwrap_or_default(),
             };
             known.port_texts(module).filter(|port| port.bound.is_some()).map(report).collect()
         })?;
@@ -337,9 +352,10 @@ impl<S: Read + Write> Device<S> {
         parameter: u8,
         place: Option<u8>,
     ) -> Result<ParameterReport, ConnectError> {
-        let (entries, dof) = self.know(|known| {
+        let (entries, is_list, dof) = self.know(|known| {
             let found = known.parameter_text(module.kind, parameter);
-            (found.map_or(Entries::ONE, |found| found.entries), known.dof())
+            let is_list = found.as_ref().is_some_and(|found| found.default.is_none());
+            (found.map_or(Entries::ONE, |found| found.entries), is_list, known.dof())
         })?;
         let places = match place {
             Some(place) => place..place.saturating_add(1),
@@ -348,7 +364,11 @@ impl<S: Read + Write> Device<S> {
         let mut values = Vec::new();
         for entry in places {
             let request = Request::Get { module, parameter, entry };
-            values.push(self.ask(&request, take!(Value))?.ok_or(ConnectError::UnexpectedAnswer)?);
+            match self.ask(&request, take!(Value)) {
+                // An empty list has no last entry.
+                Err(ConnectError::Refused(Refusal::Engine(EMPTY_LIST))) if is_list => {}
+                value => values.push(value?.ok_or(ConnectError::UnexpectedAnswer)?),
+            }
         }
         let (_, columns) = entries.size(dof);
         let indices = match place {

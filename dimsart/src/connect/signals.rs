@@ -70,7 +70,9 @@ impl<S: Read + Write> Device<S> {
             let signal = self.signal_named(name)?;
             if self.signal(signal)?.format.is_none() {
                 let device = &self.identity().device;
-                return Err(ConnectError::Word(format!("{name} is not in the Data Base of {device}")));
+                return Err(ConnectError::Word(format!(
+                    "signal {name} is not in the Data Base of {device}: plug in a module that uses the signal"
+                )));
             }
         }
         Ok(())

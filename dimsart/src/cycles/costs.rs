@@ -92,7 +92,8 @@ impl ImageCosts {
             let cost = match failed.remove(kind) {
                 Some(reason) => Err(reason),
                 None => line(&most(points)).ok_or_else(|| {
-                    "the image lacks modules that its test scheme needs, or memory for them".to_owned()
+                    "the image lacks modules that the test scheme needs, or memory for these modules"
+                        .to_owned()
                 }),
             };
             lines.push(cost.unwrap_or_else(|reason| {

@@ -78,7 +78,7 @@ pub enum CyclesError {
         runs: String,
     },
     /// The controller's image is not in the folder.
-    #[error("{}: the controller's image `{name}` not found: give the ELF that was flashed", folder.display())]
+    #[error("{} does not contain the controller's image `{name}`: give the ELF that was flashed", folder.display())]
     ImageNotFound {
         /// The folder.
         folder: PathBuf,
@@ -89,7 +89,10 @@ pub enum CyclesError {
     #[error("the controller's scheme does not run on the simulated device: {0}")]
     SchemeHere(String),
     /// A function is missing.
-    #[error("{} lacks {what}, it was built from other sources: rebuild it with `cargo board BOARD`", path.display())]
+    #[error(
+        "{} lacks {what}, because it was built from other sources: rebuild the image with `cargo board BOARD`",
+        path.display()
+    )]
     NoEntry {
         /// The file.
         path: PathBuf,
@@ -118,7 +121,7 @@ pub enum CyclesError {
         command: u32,
     },
     /// Too many bytes.
-    #[error("{bytes} bytes are too many for a packet or scheme")]
+    #[error("a packet or scheme of {bytes} bytes is too long: remove signals or rows")]
     TooManyBytes {
         /// Their number.
         bytes: usize,
@@ -132,7 +135,7 @@ pub enum CyclesError {
         source: MachineError,
     },
     /// Emulated memory is missing.
-    #[error("emulated memory: {0}")]
+    #[error("cannot access emulated memory: {0}")]
     Access(AccessError),
     /// Image and host differ.
     #[error(
@@ -159,10 +162,12 @@ pub enum CyclesError {
     #[error(transparent)]
     Device(#[from] dimsart_core::DescriptorError),
     /// A small scheme around a module does not run.
-    #[error("a scheme around the module does not run: {0}; see dimsart/src/cycles/scheme_bound.rs")]
+    #[error("the test scheme of a module does not run: {0}; correct dimsart/src/cycles/scheme_bound.rs")]
     Scheme(CommandError),
     /// A row of such a scheme is invalid.
-    #[error("`{row}`, a row of a scheme around a module: {reason}; see dimsart/src/cycles/scheme_bound.rs")]
+    #[error(
+        "invalid row `{row}` in the test scheme of a module: {reason}; correct dimsart/src/cycles/scheme_bound.rs"
+    )]
     Row {
         /// The row.
         row: String,
@@ -173,7 +178,7 @@ pub enum CyclesError {
     #[error("the cost of a tick is unknown or exceeds the range of a stamp: report a bug")]
     NoTick,
     /// Calls of modules cannot be matched.
-    #[error("in tick {tick} {found} module calls were observed, {expected} expected: report a bug")]
+    #[error("tick {tick}: {found} module calls observed, {expected} expected; report a bug")]
     Calls {
         /// The tick, from 0.
         tick: u64,

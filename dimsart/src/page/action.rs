@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::page_device::{Hand, PageDevice};
-use crate::connect::{ALL_DESTINATIONS, ConnectError, FindingText, Presence};
+use crate::connect::{ALL_DESTINATIONS, ConnectError, FindingText, Overview, Presence};
 use hil_sim::schemes::SchemeText;
 
 /// A requested action.
@@ -13,8 +13,10 @@ use hil_sim::schemes::SchemeText;
 pub(crate) enum Action {
     /// Applies one change immediately, as `dimsart connect PORT set`.
     Edit(Edit),
-    /// Applies changes together, or only checks them.
+    /// Applies changes together, or only checks them; `rows` replace the scheme before the changes.
     Transaction {
+        #[serde(default)]
+        rows: Option<String>,
         edits: Vec<Edit>,
         commit: bool,
     },
@@ -67,13 +69,17 @@ pub(crate) enum Edit {
     Set { module: String, parameter: String, value: String },
     On { module: String, before: Option<String> },
     Off { module: String },
+    Close { module: String },
 }
 
-/// Result of checking changes without applying them.
+/// The pending scheme after a check of changes that are not applied.
 #[derive(Debug, Serialize)]
 struct Tried {
+    /// Reason why a change was refused; later changes were not tried.
+    refused: Option<String>,
     faults: u32,
     findings: Vec<FindingText>,
+    overview: Overview,
 }
 
 impl Action {
@@ -86,9 +92,9 @@ impl Action {
     ) -> Result<Value, ConnectError> {
         Ok(match self {
             Self::Edit(edit) => text(edit.run(device)?),
-            Self::Transaction { edits, commit } => transaction(device, edits, commit, presence)?,
+            Self::Transaction { rows, edits, commit } => transaction(device, rows, edits, commit, presence)?,
             Self::Scheme { rows, replace } => {
-                let scheme = SchemeText { name: "rows".to_owned(), text: rows };
+                let scheme = scheme_text(rows);
                 json(&match replace {
                     true => device.replace_scheme(&scheme, ALL_DESTINATIONS)?,
                     false => device.send_scheme(&scheme, ALL_DESTINATIONS)?,
@@ -96,11 +102,11 @@ impl Action {
             }
             Self::Arm => {
                 device.hold_lease_while_present(presence)?;
-                text("armed: the lease is held while it is renewed")
+                text("armed: the lease lasts while the client sends renewals")
             }
             Self::Renew => {
                 device.renew_if_due()?;
-                text("the lease is renewed")
+                text("lease renewed")
             }
             Self::Disarm => {
                 device.release_lease()?;
@@ -148,6 +154,7 @@ impl Edit {
             Self::Set { module, parameter, value } => device.set(&module, &parameter, &value)?,
             Self::On { module, before } => device.on(&module, before.as_deref())?,
             Self::Off { module } => device.off(&module)?,
+            Self::Close { module } => device.close(Some(&module))?,
         };
         Ok(outcome.to_string())
     }
@@ -155,22 +162,23 @@ impl Edit {
 
 fn transaction(
     device: &mut PageDevice,
+    rows: Option<String>,
     edits: Vec<Edit>,
     commit: bool,
     presence: &Presence,
 ) -> Result<Value, ConnectError> {
     device.begin()?;
-    let done = edits.into_iter().try_for_each(|edit| match presence.has_left() {
-        true => Err(ConnectError::ClientSilent),
-        false => edit.run(device).map(drop),
+    let replaced = rows.map_or(Ok(()), |rows| device.replace_pending(&scheme_text(rows)));
+    let done = replaced.and_then(|()| {
+        edits.into_iter().try_for_each(|edit| match presence.has_left() {
+            true => Err(ConnectError::ClientSilent),
+            false => edit.run(device).map(drop),
+        })
     });
-    let done = done.and_then(|()| match commit {
-        true => device.commit().map(text),
-        false => {
-            let check = device.check()?;
-            Ok(json(&Tried { faults: check.faults, findings: check.findings }))
-        }
-    });
+    let done = match commit {
+        true => done.and_then(|()| device.commit().map(text)),
+        false => tried(device, done).map(|tried| json(&tried)),
+    };
     if !commit || done.is_err() {
         // An earlier error takes precedence.
         let aborted = device.abort();
@@ -179,6 +187,20 @@ fn transaction(
         }
     }
     done
+}
+
+fn scheme_text(rows: String) -> SchemeText {
+    SchemeText { name: "rows".to_owned(), text: rows }
+}
+
+/// Reads and checks the pending scheme.
+fn tried(device: &mut PageDevice, done: Result<(), ConnectError>) -> Result<Tried, ConnectError> {
+    let refused = match done {
+        Err(error @ (ConnectError::Line(_) | ConnectError::ClientSilent)) => return Err(error),
+        done => done.err().map(|error| error.to_string()),
+    };
+    let check = device.check()?;
+    Ok(Tried { refused, faults: check.faults, findings: check.findings, overview: device.overview()? })
 }
 
 fn text(text: impl ToString) -> Value {

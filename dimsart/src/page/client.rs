@@ -139,8 +139,10 @@ fn hear(
     let (Ok(place), out) = (Arc::clone(answers).try_acquire_owned(), out.clone()) else { return };
     tokio::spawn(async move {
         let done = match answered {
-            Some(answered) => answered.await.unwrap_or_else(|_| Err("no line to the device".to_owned())),
-            None => Err("unknown station".to_owned()),
+            Some(answered) => {
+                answered.await.unwrap_or_else(|_| Err("no connection to the device".to_owned()))
+            }
+            None => Err("unknown station: reload the page".to_owned()),
         };
         if let Some(message) = message(id, done) {
             // The browser may have disconnected.

@@ -166,7 +166,8 @@ impl Station {
             Action::Record { on: true } => drop(self.asking.send(Ask::Record { presence, answer, place })),
             Action::Record { on: false } => self.recorder.end("", answer),
             Action::Stream { .. } if self.recorder.is_running() => {
-                let reason = "a recording of the present signals is running: end the recording first";
+                let reason =
+                    "cannot change the signals while a recording is running: end the recording first";
                 let _ = answer.send(Err(reason.to_owned()));
             }
             Action::Stream { names } => drop(self.choosing.send(Choice { names, answer, _place: place })),
@@ -189,7 +190,9 @@ impl Station {
     /// Ends a running recording before the program ends; returns its summary.
     pub(super) fn end_recording(&self) -> Option<String> {
         let (answer, answered) = oneshot::channel();
-        self.recorder.is_running().then(|| self.recorder.end("`dimsart serve` was ended", answer))?;
+        self.recorder
+            .is_running()
+            .then(|| self.recorder.end("recording ended with `dimsart serve`", answer))?;
         Some(match answered.blocking_recv().ok()? {
             Ok(done) => done.as_str().unwrap_or_default().to_owned(),
             Err(reason) => reason,

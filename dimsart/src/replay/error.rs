@@ -16,7 +16,7 @@ pub enum ReplayError {
         source: std::io::Error,
     },
     /// The file is not an MCAP file.
-    #[error("{} is not an MCAP file; use the signals.mcap of `dimsart run` or `serve`", path.display())]
+    #[error("{} is not an MCAP file; use the signals.mcap of `dimsart run` or `dimsart serve`", path.display())]
     NotMcap {
         /// The file.
         path: PathBuf,
@@ -42,10 +42,13 @@ pub enum ReplayError {
         path: PathBuf,
     },
     /// The inputs have another format.
-    #[error("input format of another dimsart version: replay with the version that recorded the file")]
+    #[error(
+        "the recording has the input format of another dimsart version: replay with the version that recorded the \
+         file"
+    )]
     OtherInputs,
     /// A controller's device or scheme is missing in the file.
-    #[error("the file does not contain {what} of the controller {controller}")]
+    #[error("the recording does not contain {what} of the controller {controller}: use another copy")]
     Lacking {
         /// The controller.
         controller: String,
@@ -53,7 +56,10 @@ pub enum ReplayError {
         what: &'static str,
     },
     /// The device of a controller cannot be decoded.
-    #[error("cannot decode the device of {controller}: {source}; replay with the version that recorded it")]
+    #[error(
+        "cannot decode the device of controller {controller}: {source}; replay with the version that recorded the \
+         file"
+    )]
     Device {
         /// The controller.
         controller: String,
@@ -61,7 +67,7 @@ pub enum ReplayError {
         source: serde_json::Error,
     },
     /// The device of a controller is invalid.
-    #[error("invalid device of {controller}: {error}")]
+    #[error("the device of controller {controller} is invalid: {error}")]
     Descriptor {
         /// The controller.
         controller: String,
@@ -69,7 +75,7 @@ pub enum ReplayError {
         error: DescriptorError,
     },
     /// The device of a controller exceeds a limit.
-    #[error("the device of {controller} exceeds a limit: {error:?}")]
+    #[error("the device of controller {controller} exceeds a limit: {error:?}")]
     Storage {
         /// The controller.
         controller: String,
@@ -77,7 +83,7 @@ pub enum ReplayError {
         error: StorageError,
     },
     /// The scheme of a controller does not run.
-    #[error("the scheme of {controller} does not run in this version:\n  {problems}")]
+    #[error("the scheme of controller {controller} does not run in this version:\n  {problems}")]
     Scheme {
         /// The controller.
         controller: String,
@@ -86,7 +92,8 @@ pub enum ReplayError {
     },
     /// The replay refuses a recorded command.
     #[error(
-        "{controller} refuses a recorded command at {time_s} s: {reason}; replay with the version that recorded it"
+        "controller {controller} refuses a recorded command at {time_s} s: {reason}; replay with the version that \
+         recorded the file"
     )]
     Command {
         /// The controller.

@@ -123,7 +123,11 @@ impl Records {
         let mut head = [0; HEAD_BYTES];
         if left < HEAD_BYTES as u64 {
             self.is_over = true;
-            return if self.is_cut { Ok(None) } else { Err(damaged("missing end of data".to_owned())) };
+            return if self.is_cut {
+                Ok(None)
+            } else {
+                Err(damaged("missing end-of-data record".to_owned()))
+            };
         }
         self.file.read_exact(&mut head)?;
         let [opcode, length @ ..] = head;
@@ -146,7 +150,8 @@ impl Records {
         if opcode == op::DATA_END {
             self.is_over = true;
             let found = std::mem::take(&mut self.crc).finalize();
-            let saved = Fields(&body).u32().ok_or_else(|| damaged("truncated end of data".to_owned()))?;
+            let saved =
+                Fields(&body).u32().ok_or_else(|| damaged("truncated end-of-data record".to_owned()))?;
             let is_right = saved == 0 || saved == found;
             return if is_right { Ok(None) } else { Err(damaged("wrong checksum of the data".to_owned())) };
         }
@@ -161,9 +166,9 @@ impl Records {
             op::SCHEMA | op::CHANNEL | op::MESSAGE => fields::record(opcode, &body).map(Some),
             op::HEADER | op::MESSAGE_INDEX | op::METADATA => Some(None),
             // A summary follows the data.
-            _ => return Err(damaged(format!("unknown record {opcode:#04x}"))),
+            _ => return Err(damaged(format!("unknown record type {opcode:#04x}"))),
         };
-        record.ok_or_else(|| damaged(format!("unreadable record {opcode:#04x}")))
+        record.ok_or_else(|| damaged(format!("unreadable record of type {opcode:#04x}")))
     }
 }
 

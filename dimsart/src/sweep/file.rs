@@ -52,8 +52,8 @@ impl SweepFile {
             let is_cut = !whole;
             if !table.header.is_empty() {
                 if table.header.get(..keys.len()) != Some(keys.as_slice()) {
-                    let reason =
-                        "file of a sweep over other keys: choose another folder with --out, or remove it";
+                    let reason = "the file is from a sweep over other keys: choose another folder with --out, or \
+                                  remove the file";
                     return Err(refuse(reason.to_owned()));
                 }
                 figures = table.header.get(keys.len()..).unwrap_or_default().to_vec();

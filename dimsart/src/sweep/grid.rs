@@ -92,13 +92,13 @@ impl Grid {
         }
         for (place, axis) in axes.iter().enumerate() {
             if axes.iter().take(place).any(|other| other.key == axis.key) {
-                return refuse(&axis.key, "duplicate key; specify all of its values together");
+                return refuse(&axis.key, "duplicate key: give all values of a key in one --vary");
             }
         }
         let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.values.len()));
         match count.filter(|count| *count <= MAX_POINTS) {
             Some(_) => Ok(Self { axes }),
-            None => refuse("--vary", "more than 10 million points"),
+            None => refuse("--vary", "the grid has more than 10 million points: use fewer values"),
         }
     }
 

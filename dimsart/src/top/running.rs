@@ -134,7 +134,7 @@ impl Running<'_> {
             }
             Err(oneshot::error::TryRecvError::Empty) => true,
             Err(oneshot::error::TryRecvError::Closed) => {
-                screen.tell(format!("{what}: no line to the device"), true);
+                screen.tell(format!("{what}: no connection to the device"), true);
                 false
             }
         });

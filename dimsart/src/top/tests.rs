@@ -156,7 +156,7 @@ fn arming_is_asked_for_and_only_yes_is_yes() {
     status(&mut screen, "the scheme runs and commands the device", true);
     screen.at = 0;
     let text = words(&drawn(&screen, (40, 15)));
-    assert!(text.contains("1 joint*") && text.contains("ARMED from here"), "{text}");
+    assert!(text.contains("1 joint*") && text.contains("ARMED by this terminal"), "{text}");
 }
 
 #[test]

@@ -13,6 +13,8 @@ from pathlib import Path
 
 from playwright.sync_api import expect, sync_playwright
 
+import editor
+
 DIMSART, FOLDER = sys.argv[1], Path(sys.argv[2])
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
          "--disable-component-update", "--disable-sync"]
@@ -48,10 +50,10 @@ def step(text):
 
 
 def drawn(page):
-    """Number of pixels drawn in the first plot."""
+    """Number of pixels of curves in the first plot: axes and texts are grey."""
     script = """() => { const c = document.querySelector('#plots canvas'); const d = c.getContext('2d')
         .getImageData(0, 0, c.width, c.height).data; let n = 0;
-        for (let i = 0; i < d.length; i += 4) n += d[i + 2] > 120 && d[i] < 60 && d[i + 3] > 0; return n }"""
+        for (let i = 0; i < d.length; i += 4) n += d[i + 3] > 0 && Math.abs(d[i] - d[i + 2]) > 80; return n }"""
     return page.evaluate(script)
 
 
@@ -235,18 +237,20 @@ def joint(browser, errors):
     expect(gain).to_have_value("120")
 
     step("unplugging a required module is reported before it is applied")
-    page.get_by_role("button", name="Unplug").click()
+    page.get_by_role("button", name="unplug PIDCTRL_MOD").click()
     expect(page.locator("#pending-check")).to_contain_text("DES_FORCE")
     expect(page.locator("#apply")).to_be_disabled()
     page.click("#drop")
 
     step("a module is plugged in and unplugged again")
-    page.select_option("#plug", "SIGGEN_MOD")
+    page.click("#add")
+    page.fill("#adding-filter", "SIGGEN")
+    page.keyboard.press("Enter")
     expect(page.locator("#pending-check")).to_have_text("check passed")
     page.click("#apply")
     expect(page.locator(".module", has_text="SIGGEN_MOD")).to_be_visible()
     expect(page.locator("#signals label", has_text="SIGNAL_OUT")).to_be_visible()
-    page.locator(".module", has_text="SIGGEN_MOD").get_by_role("button").click()
+    page.get_by_role("button", name="unplug SIGGEN_MOD").click()
     expect(page.locator("#pending-check")).to_have_text("check passed")
     page.click("#apply")
     expect(page.locator(".module", has_text="SIGGEN_MOD, not plugged in")).to_be_visible()
@@ -372,6 +376,23 @@ def own_edits(page):
     expect(gain).to_have_value(of_elbow)
 
 
+def editor_of_schemes(browser, errors):
+    server = Server("bilateral")
+    page = browser.new_page(viewport={"width": 1440, "height": 1000}, color_scheme="light")
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(server.url)
+    page.wait_for_selector(".module")
+    page.get_by_role("button", name="master").click()
+
+    def connect_master(*words):
+        command = [DIMSART, "connect", "sim:master", *words]
+        return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
+
+    editor.build(page, step, connect_master, FOLDER)
+    page.close()
+    server.kill()
+
+
 def seven(browser, errors):
     step("seven controllers, dark")
     server = Server("arm_bus")
@@ -396,6 +417,7 @@ def main():
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
         usable_s = joint(browser, errors)
+        editor_of_schemes(browser, errors)
         seven(browser, errors)
         browser.close()
     assert not errors, errors

@@ -32,7 +32,7 @@ fn write(
         return action(&mut device).map_err(|error| error.to_string());
     }
     let refused = action(&mut device).unwrap_err().to_string();
-    assert!(refused.contains("`stop` it first"), "{refused}");
+    assert!(refused.contains("`stop` the scheme first"), "{refused}");
     device.stop().unwrap();
     let done = action(&mut device);
     device.check().unwrap();

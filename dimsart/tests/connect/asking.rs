@@ -124,14 +124,14 @@ fn a_set_value_is_answered_by_what_holds_then() {
         (["PDCTL_MOD", "K_PARAM", "1"], "'PDCTL_MOD' is not a module; did you mean 'PDCTRL_MOD'?"),
         (
             ["PDCTRL_MOD", "K_PARAM[300]", "1"],
-            "'K_PARAM[300]' is not an entry of K_PARAM, which has one value per axis: write K_PARAM[0], counted \
-            from 0",
+            "'K_PARAM[300]' is not an entry of K_PARAM, which has one value per axis: write K_PARAM[0]; axes \
+            start at 0",
         ),
         (
             ["PDCTRL_MOD", "K_PARM[x]", "1"],
             "'K_PARM[x]' is not a parameter or port of PDCTRL_MOD; did you mean",
         ),
-        (["PDCTRL_MOD", "K_PARAM[3]", "1"], "no such axis: the device has 3, counted from 0"),
+        (["PDCTRL_MOD", "K_PARAM[3]", "1"], "no such axis: the device has 3 axes, counted from 0"),
         (
             ["PDCTRL_MOD", "LAW_OUTPUT[0]", "ON"],
             "'LAW_OUTPUT[0]' has one value for all axes: remove the [axis]",
@@ -160,7 +160,7 @@ fn a_set_value_is_answered_by_what_holds_then() {
 fn an_axis_that_is_not_there_cannot_be_read() {
     let emulated = Emulated::with_scheme("master");
     let found = message(&emulated.run(&["get", "PDCTRL_MOD", "K_PARAM[3]"]));
-    assert!(found.contains("no such axis: the device has 3, counted from 0"), "{found}");
+    assert!(found.contains("no such axis: the device has 3 axes, counted from 0"), "{found}");
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     module \
                    that writes DES_POSITION";
     let outcome = device.on("PDCTRL_MOD", None).unwrap();
-    assert_eq!(outcome.to_string(), format!("PDCTRL_MOD is plugged in, at place 1; {missing}"));
+    assert_eq!(outcome.to_string(), format!("PDCTRL_MOD is plugged in at position 1; {missing}"));
     assert!(!outcome.is_commanded);
     let found = message(&emulated.run(&["on", "PDCTRL_MOD"]));
     assert!(found.contains("refused: PDCTRL_MOD is plugged in"), "{found}");
@@ -195,7 +195,10 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     assert!(outcome.state.contains("the scheme is stopped; run `check` to start it"), "{outcome}");
     assert!(emulated.out(&["check"], 0).starts_with("the scheme runs and commands the device"));
     let found = message(&emulated.run(&["off", "PDCTRL_MOD"]));
-    assert!(found.contains("refused: this would break the running scheme: the device arm reads"), "{found}");
+    assert!(
+        found.contains("refused: this command would break the running scheme: the device arm reads"),
+        "{found}"
+    );
 
     assert!(device.stop().unwrap().state.contains("the scheme is stopped"));
     assert!(!device.overview().unwrap().status.is_running);
@@ -231,7 +234,7 @@ fn faults_name_the_module_that_failed_with_what_it_wrote() {
         "the device is NOT commanded: PDCTRL_MOD: module failed (reason 40)",
         "drive: fault",
         "PDCTRL_MOD wrote -1",
-        "to word 0 of DES_FORCE (limit 1e9): isolated with its dependents; lower its gains",
+        "to word 0 of DES_FORCE (limit 1e9): isolated with the modules that depend on it; lower the module's gains",
         "40 module failed 1",
     ] {
         assert!(faults.contains(part), "{part} is missing:\n{faults}");
@@ -273,7 +276,10 @@ fn a_scheme_stops_at_its_first_refusal_and_names_the_place() {
             "2:13: 'MOD_UN' is not a command of the engine; did you mean 'MOD_ON'?",
         ),
         ("all MOD_ENG STOP NOW", "2:18: unexpected word 'NOW' at the end of the row"),
-        ("middle PDCTRL_MOD K_PARAM 1", "2:1: 'middle' is not a side; available: master, slave, m&s, all"),
+        (
+            "middle PDCTRL_MOD K_PARAM 1",
+            "2:1: 'middle' is not a destination; available: master, slave, m&s, all",
+        ),
         (
             "all MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK",
             "3:13: refused: the scheme has 1 fault(s): PDCTRL_MOD reads DES_POSITION, which has no provider",
@@ -466,8 +472,9 @@ fn a_file_that_is_sent_ends_no_transaction() {
         let rows = format!("all PDCTRL_MOD K_PARAM 7\nall MOD_ENG {row}\nall PDCTRL_MOD K_PARAM 9999\n");
         let message = device.send_scheme(&text(&rows), "master").unwrap_err().to_string();
         assert!(
-            message
-                .starts_with("my.scheme:2:13: refused: remove this row, the file is sent as one transaction"),
+            message.starts_with(
+                "my.scheme:2:13: refused: remove this row, because a file is always sent as one transaction"
+            ),
             "{message}"
         );
         assert_eq!(device.overview().unwrap(), before, "{row}");
@@ -519,7 +526,10 @@ fn a_device_whose_lists_have_no_end_is_told_so_and_asked_no_more() {
     for arguments in [&["show"][..], &["scheme"]] {
         let begun = Instant::now();
         let found = message(&endless.run(arguments));
-        assert!(found.contains("a list of the device exceeds its maximum length"), "{arguments:?}: {found}");
+        assert!(
+            found.contains("the device sent a list that exceeds the maximum length"),
+            "{arguments:?}: {found}"
+        );
         assert!(begun.elapsed() < TEST_TIMEOUT, "{arguments:?}: {:?}", begun.elapsed());
     }
     for arguments in [&["config", "save"][..], &["doctor", "--board"]] {

@@ -273,7 +273,7 @@ fn wrong_inputs_are_told() {
         (
             &["apply", &begins, port],
             1,
-            ":1:13: refused: remove this row, the file is sent as one transaction",
+            ":1:13: refused: remove this row, because a file is always sent as one transaction",
         ),
         (&["apply", &wrong, port, "--side", "master"], 1, "does not know 2 rows"),
         (&["apply", &mistyped, port, "--skip-unknown"], 1, "'3o00'"),
@@ -383,7 +383,10 @@ fn a_device_of_a_newer_version_is_saved_with_a_warning_and_takes_nothing() {
     let saved = config(&["save", &port]);
     assert_eq!(saved.status.code(), Some(0), "{saved:?}");
     let (text, note) = (String::from_utf8(saved.stdout).unwrap(), String::from_utf8(saved.stderr).unwrap());
-    assert!(note.contains("read-only except for `stop`") && note.contains("1 commands of tcp:"), "{note}");
+    assert!(
+        note.contains("only reading and `stop` are possible") && note.contains("1 commands of tcp:"),
+        "{note}"
+    );
     let (_folder, kept) = file(&text.replace("3000", "2000"));
     assert!(out(&["diff", &port, &kept], 0).contains("2000 N/m"));
     let found = message(&config(&["apply", &kept, &port]));

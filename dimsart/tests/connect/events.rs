@@ -25,7 +25,7 @@ fn events_tell_what_led_to_a_fault_and_who_ended_it() {
         "     1  tick         0  130 scheme changed",
         "     2  tick         1    0 the scheme commands the device",
         "     3  tick         2   40 module failed: PDCTRL_MOD wrote -100000000000 to word 0 of DES_FORCE (limit \
-         1e9): isolated with its dependents; lower its gains or check its inputs, then `reset`",
+         1e9): isolated with the modules that depend on it; lower the module's gains or check its inputs, then `reset`",
         "     4  tick         3  129 reset",
         "     5  tick         4    0 the scheme commands the device",
         "     6  tick         5   32 measurement refused: word 0 of POSITION is NaN or infinite",

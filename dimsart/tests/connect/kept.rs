@@ -71,15 +71,15 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
             "save",
             SchemeAction::Save,
             status(Origin::Trial, None, Trial::Tried, true),
-            "started with the scheme on trial\nrun `confirm` to keep it; without `confirm` the next start runs the \
-             saved scheme\n",
+            "started with the scheme on trial\nrun `confirm` to keep the scheme; without `confirm` the next start runs \
+             the saved scheme\n",
         ),
         (
             "save",
             SchemeAction::Save,
             status(Origin::BuiltIn, other_image, Trial::Tried, false),
-            "started with the built-in scheme: the scheme on trial does not load: saved by an image with other \
-             modules, parameters or data types: save it again\nthe scheme on trial does not run again: `save` another \
+            "started with the built-in scheme: cannot load the scheme on trial: saved by an image with other \
+             modules, parameters or data types: save the scheme again\nthe scheme on trial does not run again: `save` another \
              scheme\n",
         ),
         (
@@ -87,21 +87,21 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
             SchemeAction::RollBack,
             status(Origin::Saved, Some(Fallback::Damaged), Trial::None, true),
             "started with the saved scheme: a storage entry is damaged or incomplete, an older entry was loaded: \
-             `save` again\n",
+             `save` the scheme again\n",
         ),
         (
             "rollback",
             SchemeAction::RollBack,
             status(Origin::Saved, Some(Fallback::NotRecorded), Trial::None, true),
-            "started with the saved scheme: the scheme on trial was not started, its trial could not be recorded in \
-             storage: `save` it again\n",
+            "started with the saved scheme: the scheme on trial was not started, because storage could not record the \
+             trial: `save` the scheme again\n",
         ),
         (
             "rollback",
             SchemeAction::RollBack,
             status(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None, false),
-            "started without a scheme: the built-in scheme does not load: its command 5 was refused: the scheme does not \
-             match: 2 fault(s); run `faults` to list them\n",
+            "started without a scheme: cannot load the built-in scheme: command 5 was refused: the scheme has \
+             2 fault(s) and does not start; run `faults` to list them\n",
         ),
     ] {
         let (port, asked) = keeping(Ok(found));
@@ -114,10 +114,10 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
 fn what_a_board_refuses_is_told_with_what_to_do() {
     for (refusal, expected) in [
         (Refusal::Store(StoreError::NoStorage), "the device cannot store schemes"),
-        (Refusal::Store(StoreError::SchemeIsRunning), "`stop` it first"),
+        (Refusal::Store(StoreError::SchemeIsRunning), "`stop` the scheme first"),
         (Refusal::Store(StoreError::TooLong), "the scheme exceeds 920 bytes"),
         (Refusal::Store(StoreError::NoTrial), "restart the device"),
-        (Refusal::Store(StoreError::Storage), "earlier data is kept"),
+        (Refusal::Store(StoreError::Storage), "uses the earlier data"),
         (Refusal::Engine(CommandError::HasFaults { faults: 1 }), "run `faults` to list them"),
     ] {
         let (port, _) = keeping(Err(refusal));
@@ -131,7 +131,7 @@ fn show_has_timing_and_schemes_where_the_device_has_them() {
     let (port, _) = keeping(Ok(status(Origin::Saved, None, Trial::None, true)));
     let text = out(&port, "show");
     let lines = "1 ticks started late, 0 overran; tick: last 4000 cycles, mean 4000, max 4000; \
-                 bound of the machine code 1000 cycles, limit 9000\n\
+                 WCET bound from the machine code: 1000 cycles, limit 9000 cycles\n\
                  started with the saved scheme\n";
     assert!(text.contains(lines), "{text}");
     let json = dimsart(&["connect", &port, "show", "--json"]);

@@ -62,7 +62,9 @@ fn a_device_that_never_answers_is_given_up_after_three_tries() {
     assert!(matches!(error, ConnectError::Line(LineError::NoAnswer { tries: 3, bytes: 0, .. })), "{error}");
     let found = message(&dimsart(&["connect", &port, "--timeout-s", "0.1", "show"]));
     assert!(
-        found.starts_with(&format!("dimsart: {port}: no answer: sent 3 times, waited 0.1 s each")),
+        found.starts_with(&format!(
+            "dimsart: {port}: no answer from the device: request sent 3 times, waited 0.1 s each"
+        )),
         "{found}"
     );
     assert!(found.contains("no bytes received: check the board's power"), "{found}");
@@ -137,13 +139,13 @@ fn a_device_of_another_version_answers_what_it_knows_and_refuses_the_rest_by_nam
     let note = String::from_utf8(output.stderr).unwrap();
     assert!(
         note.contains(&format!(
-            "the device has protocol version {}, this command {PROTOCOL_VERSION}",
+            "the device has protocol version {}, this program {PROTOCOL_VERSION}",
             PROTOCOL_VERSION + 1
         )),
         "{note}"
     );
     let found = message(&dimsart(&["connect", &port, "show"]));
-    assert!(found.contains("unknown request: the device speaks another protocol version"), "{found}");
+    assert!(found.contains("unknown request: the device uses another protocol version"), "{found}");
 }
 
 #[test]
@@ -159,7 +161,7 @@ fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
     });
     let mut device = Device::greet(open_port(&port, 0).unwrap(), QUICK, dimsart_modules::ALL).unwrap();
     let note = device.version_note().unwrap();
-    assert!(note.contains("read-only except for `stop`"), "{note}");
+    assert!(note.contains("only reading and `stop` are possible"), "{note}");
     assert!(note.ends_with("use the `dimsart` of the image's version for full access"), "{note}");
     let error = device.overview().unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NotUnderstood)), "{error}");

@@ -78,12 +78,12 @@ fn the_rows_are_written_as_csv() {
     let output = emulated.run(&["recorder", "RECORDER_MOD"]);
     assert_eq!(String::from_utf8(output.stdout).unwrap(), csv);
     let note = String::from_utf8(output.stderr).unwrap();
-    assert!(note.contains("4 rows of POSITION, number 2 to 5\n"), "{note}");
+    assert!(note.contains("4 rows of POSITION, numbered 2 to 5\n"), "{note}");
 
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("rows.csv");
     let out = emulated.out(&["recorder", "--out", file.to_str().unwrap()], 0);
-    assert_eq!(out, format!("{}: 4 rows of POSITION, number 2 to 5\n", file.display()));
+    assert_eq!(out, format!("{}: 4 rows of POSITION, numbered 2 to 5\n", file.display()));
     assert_eq!(std::fs::read_to_string(file).unwrap(), csv);
     let nowhere = message(&emulated.run(&["recorder", "--out", "/no/such/folder/rows.csv"]));
     assert!(nowhere.contains("cannot write /no/such/folder/rows.csv: "), "{nowhere}");
@@ -121,12 +121,12 @@ fn what_is_no_recorder_to_read_is_said_with_what_to_do() {
     let emulated = Emulated::with_scheme("master");
     let found = message(&emulated.run(&["recorder"]));
     assert!(
-        found.contains("no recorder to read; none is plugged in; bind its PORT_SIGNAL_IN with `set`"),
+        found.contains("no recorder to read; to plug in a recorder, bind its PORT_SIGNAL_IN with `set`"),
         "{found}"
     );
     add_recorder(&emulated, "POSITION", 5);
     for (name, expected) in [
-        ("PDCTRL_MOD", "PDCTRL_MOD is not a recorder; plugged in: RECORDER_MOD"),
+        ("PDCTRL_MOD", "PDCTRL_MOD is not a recorder; plugged-in recorders: RECORDER_MOD"),
         ("RECODER_MOD", "'RECODER_MOD' is not a module; did you mean 'RECORDER_MOD'?"),
         (
             "RECORDER_MOD.2",
@@ -140,7 +140,10 @@ fn what_is_no_recorder_to_read_is_said_with_what_to_do() {
     let second = scheme(&format!("all RECORDER_MOD.2 PORT_ROWS RECORDED_ROWS.2\n{second}"));
     emulated.connect(QUICK).send_scheme(&second, "master").unwrap();
     let found = message(&emulated.run(&["recorder"]));
-    assert!(found.contains("name the recorder to read; plugged in: RECORDER_MOD, RECORDER_MOD.2"), "{found}");
+    assert!(
+        found.contains("name the recorder to read; plugged-in recorders: RECORDER_MOD, RECORDER_MOD.2"),
+        "{found}"
+    );
     tick(&emulated, 0..3);
     assert_eq!(emulated.connect(QUICK).recorded(Some("RECORDER_MOD.2")).unwrap().rows.len(), 3);
     emulated.out(&["off", "RECORDER_MOD"], 0);
@@ -260,6 +263,6 @@ fn a_recorder_that_begins_anew_meanwhile_is_not_mixed_with_what_it_was() {
             }
         });
         let error = busy.connect(QUICK).recorded(None).unwrap_err().to_string();
-        assert_eq!(error, "RECORDER_MOD was changed or reset during the read: read it again");
+        assert_eq!(error, "RECORDER_MOD was changed or reset during the read: repeat the read");
     }
 }

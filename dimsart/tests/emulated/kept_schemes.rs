@@ -17,8 +17,8 @@ use crate::firmware::Firmware;
 
 const FLASH: &str = "flash";
 const FLASH_BYTES: usize = 8192;
-const ON_TRIAL: &str =
-    "started with the scheme on trial\nrun `confirm` to keep it; without `confirm` the next start runs";
+const ON_TRIAL: &str = "started with the scheme on trial\nrun `confirm` to keep the scheme; without `confirm` the next \
+                        start runs";
 const NOT_AGAIN: &str = "the scheme on trial does not run again: `save` another scheme";
 
 /// Returns the output of `dimsart connect`.
@@ -79,7 +79,8 @@ fn whatever_the_flash_holds_the_board_runs_a_scheme_and_says_why_it_is_the_built
         random.fill_bytes(&mut noise);
         fs::write(firmware.folder().join(FLASH), noise).unwrap();
         firmware.restart();
-        let reason = "started with the built-in scheme: its storage is unreadable or contains other data: `save` again";
+        let reason = "started with the built-in scheme: the scheme storage is unreadable or contains other data: `save` \
+                      the scheme again";
         assert_shows(&firmware, reason, 10);
         if length == FLASH_BYTES {
             set_and_save(&firmware, "20");
@@ -87,7 +88,7 @@ fn whatever_the_flash_holds_the_board_runs_a_scheme_and_says_why_it_is_the_built
             // The noise in the other page may have been newer.
             let start = ON_TRIAL.replace(
                 '\n',
-                ": a storage entry is damaged or incomplete, an older entry was loaded: `save` again\n",
+                ": a storage entry is damaged or incomplete, an older entry was loaded: `save` the scheme again\n",
             );
             assert_shows(&firmware, &format!("{start} the built-in scheme"), 20);
         }
@@ -105,8 +106,8 @@ fn a_scheme_of_another_image_is_not_run() {
     change_fingerprint(&mut flash);
     fs::write(path, flash).unwrap();
     firmware.restart();
-    let reason = "started with the built-in scheme: the scheme on trial does not load: saved by an image with \
-                  other modules, parameters or data types: save it again";
+    let reason = "started with the built-in scheme: cannot load the scheme on trial: saved by an image with \
+                  other modules, parameters or data types: save the scheme again";
     assert_shows(&firmware, &format!("{reason}\n{NOT_AGAIN}"), 10);
 }
 

@@ -71,7 +71,7 @@ fn an_interrupt_ends_the_run_and_its_emulators() {
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && text.contains("stopped by the user at"), "{output:?}");
+    assert!(output.status.success() && text.contains("run stopped by the user at"), "{output:?}");
     let is_left = |pid: &String| Path::new("/proc").join(pid).exists();
     assert!(!started.iter().any(is_left), "a process is still running");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "a temporary folder remains");

@@ -106,7 +106,8 @@ fn a_run_says_that_its_firmware_stopped_and_leaves_nothing_behind() {
         assert!(start.elapsed() < TEST_TIMEOUT);
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(1), "{message}");
-        let stopped = "the firmware on the emulated board stopped; actuators at 0; end of its log:";
+        let stopped = "the firmware on the emulated board stopped; last actuator commands: all 0; end of the \
+            firmware's log:";
         assert!(message.contains(stopped) && message.contains(why), "{message}");
         assert!(!are_emulators_in(temporary.path()), "an emulator is still running");
     }

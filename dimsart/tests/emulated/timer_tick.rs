@@ -136,7 +136,7 @@ fn a_board_moves_its_device_while_the_lease_is_held_and_says_so_by_itself() {
             other => break other.unwrap_err(),
         }
     };
-    assert!(refused.to_string().contains("the lease was released by"), "{refused}");
+    assert!(refused.to_string().contains("a fault or a timeout ended the lease"), "{refused}");
     let mut live = Live::new(&["POSITION".to_owned()], Duration::from_millis(20));
     assert_eq!(device.look(&mut live).unwrap()[0].values.len(), 3);
     assert!(live.is_pushed());

@@ -124,9 +124,12 @@ fn who_cannot_wait_for_an_emulator_that_hangs_leaves_nothing_behind() {
 #[test]
 fn an_emulator_that_ends_is_reported_with_its_last_words() {
     let message = run_with("echo no such machine >&2; exit 1");
-    assert_says(&message, &["exited: exit status: 1", "end of its log:\n  no such machine"]);
+    assert_says(&message, &["exited: exit status: 1", "end of the firmware's log:\n  no such machine"]);
     let panicked = "exec < to-board; exec > from-board; exit 101";
-    assert_says(&run_with(panicked), &["panic, fault or watchdog reset (exit status 101); its log is empty"]);
+    assert_says(
+        &run_with(panicked),
+        &["panic, fault or watchdog reset (exit status 101); the firmware's log is empty"],
+    );
 }
 
 #[test]
@@ -135,6 +138,6 @@ fn garbage_is_told_from_an_answer() {
         run_with(&format!("exec 3< to-board; exec 4> from-board; printf '{bytes}' >&4; exec /bin/sleep 100"))
     };
     assert_says(&answer(r"\377\377garbage"), &["frame of 65537 bytes", "rebuild the image"]);
-    assert_says(&answer(r"\004\000\143\001\000x"), &["unknown section 99"]);
+    assert_says(&answer(r"\004\000\143\001\000x"), &["unknown frame section 99"]);
     assert_says(&answer(r"\004\000\002\001\000\001"), &["uses version 1 of the exchange"]);
 }

@@ -119,7 +119,7 @@ fn a_recording_that_cannot_go_on_ends_with_its_reason_and_a_whole_file() {
     wait_for_rows(&mut browser, &path);
     served.trouble.is_deaf.store(true, Ordering::Relaxed);
     let text = wait_for_end(&mut browser, &path);
-    assert!(text.contains("rows of 4 signals") && text.contains("line closed"), "{text}");
+    assert!(text.contains("rows of 4 signals") && text.contains("connection to the device closed"), "{text}");
     assert!(read(Path::new(&path)).len() > 300);
     served.trouble.is_deaf.store(false, Ordering::Relaxed);
     // The server ends.
@@ -128,7 +128,10 @@ fn a_recording_that_cannot_go_on_ends_with_its_reason_and_a_whole_file() {
     let path = begin(&mut browser);
     wait_for_rows(&mut browser, &path);
     let texts = served.page.end_recordings();
-    assert!(matches!(texts.as_slice(), [text] if text.contains("`dimsart serve` was ended")), "{texts:?}");
+    assert!(
+        matches!(texts.as_slice(), [text] if text.contains("recording ended with `dimsart serve`")),
+        "{texts:?}"
+    );
     assert!(read(Path::new(&path)).len() > 300);
     assert_eq!(served.page.end_recordings(), Vec::<String>::new());
 }

@@ -82,7 +82,7 @@ fn a_side_with_another_key_or_none_is_refused_and_nothing_moves() {
     }
     let [slave, master] = run([None, Some(&key)], pass_on);
     assert!(refusal(&slave).contains("not authenticated: the peer has no key"));
-    assert!(refusal(&master).contains("the packet is authenticated but this side has no key"));
+    assert!(refusal(&master).contains("the packet is authenticated, but this controller has no key"));
 }
 
 /// All packets of a master, replayed to a restarted slave with the same key.

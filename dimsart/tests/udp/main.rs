@@ -41,7 +41,10 @@ fn two_processes_run_the_experiment_over_udp() {
         assert!(real_time["worst_lateness_s"].as_f64().unwrap() > 0.0, "{real_time}");
         assert!(figures["energy_min_j"].is_null(), "one side alone does not know the channel's energy");
         let out = text(&output.stderr);
-        assert!(out.contains(&format!("unknown on the {side}: needs the waves of both sides")), "{out}");
+        assert!(
+            out.contains(&format!("unknown on the {side}: requires the wave variables of both sides")),
+            "{out}"
+        );
         // The hand's motion reaches the slave, so packets are transferred.
         let signals = std::fs::read_to_string(folder.path().join(side).join("signals.csv")).unwrap();
         assert_eq!(signals.lines().count(), 2001);
@@ -85,7 +88,7 @@ fn assert_counted_once(output: &std::process::Output) {
     let expected = format!("{} lost, {} refused", received["lost"], received["refused"]);
     let table = text(&output.stderr);
     let is_clean = ["lost", "superseded", "refused"].iter().all(|count| received[*count] == 0);
-    assert!(table.contains(&expected) || is_clean && table.contains("0 lost or refused"), "{table}");
+    assert!(table.contains(&expected) || is_clean && table.contains("0 packets lost or refused"), "{table}");
 }
 
 #[test]
@@ -94,17 +97,16 @@ fn a_peer_that_is_restarted_is_named() {
     let master = Network::carry(|[to_slave, to_master]| {
         let run =
             |side, peer, duration| start(side, peer, folder.path(), &["--no-report", "--set", duration]);
-        let mut slave = run("slave", to_master, "duration_s=20");
-        let master = run("master", to_slave, "duration_s=4");
-        std::thread::sleep(std::time::Duration::from_millis(2000));
-        slave.kill().unwrap();
-        slave.wait().unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(500));
-        let mut slave = run("slave", to_master, "duration_s=20");
-        let master = master.wait_with_output().unwrap();
-        slave.kill().unwrap();
-        slave.wait().unwrap();
-        master
+        let master = run("master", to_slave, "duration_s=1e6");
+        // Each ends when it has exchanged packets with the master for this time.
+        for _ in 0..2 {
+            let slave = run("slave", to_master, "duration_s=0.5").wait_with_output().unwrap();
+            assert!(figures(&slave)["received"].is_array(), "{slave:?}");
+        }
+        let kill =
+            std::process::Command::new("kill").args(["-INT", &master.id().to_string()]).status().unwrap();
+        assert!(kill.success());
+        master.wait_with_output().unwrap()
     });
     let warnings = figures(&master)["warnings"].to_string();
     assert!(warnings.contains("the slave restarted at "), "{warnings}");
@@ -141,7 +143,7 @@ fn a_peer_that_never_comes_is_named_with_what_to_do() {
     assert_eq!(output.status.code(), Some(1));
     let message = text(&output.stderr);
     let expected = format!(
-        "dimsart: no packet from the slave at {} within 0.3 s; start it with `dimsart run --side slave` and the \
+        "dimsart: no packet from the slave at {} within 0.3 s; start the peer with `dimsart run --side slave` and the \
         same scenario, or increase --wait-s",
         address(&silent)
     );
@@ -190,6 +192,6 @@ fn ctrl_c_while_waiting_ends_at_once_and_leaves_nothing() {
     assert!(Command::new("kill").args(["-INT", &master.id().to_string()]).status().unwrap().success());
     messages.read_to_string(&mut message).unwrap();
     assert_eq!(master.wait().unwrap().code(), Some(1));
-    assert!(message.contains("stopped while waiting for the slave, before the run"), "{message}");
+    assert!(message.contains("stopped by the user while waiting for the slave, before the run"), "{message}");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "a run that did not start left files");
 }

@@ -63,14 +63,20 @@ impl Cia402JointFault {
         match self {
             Self::Emergency(emergency) => emergency.remedy(),
             Self::State(Cia402State::Fault | Cia402State::FaultReactionActive) => {
-                "read its error history, object 1003, with the manufacturer's tool"
+                "read the drive's error history, object 1003, with the manufacturer's tool"
             }
-            Self::State(_) => "check supply and enable inputs; make sure no other controller commands it",
-            Self::Mode(_) => "make sure no other controller commands it; check that it supports mode 10",
+            Self::State(_) => {
+                "check supply and enable inputs; make sure no other controller commands the drive"
+            }
+            Self::Mode(_) => {
+                "make sure no other controller commands the drive; check that the drive supports mode 10"
+            }
             Self::Silent => "check supply, node number, wiring, termination and bit rate",
             Self::NoHeartbeat => "check bus load and wiring",
-            Self::LeftOperation => "check its supply; make sure no other NMT master is on the bus",
-            Self::Refused { .. } => "check its manual for this object, and update its firmware",
+            Self::LeftOperation => "check the drive's supply; make sure no other NMT master is on the bus",
+            Self::Refused { .. } => {
+                "look up this object in the drive's manual, and update the drive's firmware"
+            }
         }
     }
 }
@@ -96,8 +102,8 @@ impl fmt::Display for Cia402JointFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Emergency(emergency) => emergency.fmt(f),
-            Self::State(state) => write!(f, "in state '{state}'"),
-            Self::Mode(mode) => write!(f, "commanded, but in mode {mode} instead of {TORQUE_MODE}"),
+            Self::State(state) => write!(f, "unexpected state '{state}'"),
+            Self::Mode(mode) => write!(f, "unexpected mode {mode} instead of {TORQUE_MODE}"),
             Self::Silent => f.write_str("no process data received"),
             Self::NoHeartbeat => f.write_str("heartbeat missing"),
             Self::LeftOperation => f.write_str("restarted, or left NMT state operational"),

@@ -48,7 +48,7 @@ impl MoteusJointFault {
             Self::Fault(fault) => fault.remedy(),
             Self::UnexpectedMode(MoteusMode::Timeout) => "check bus and termination, or increase the timeout",
             Self::UnexpectedMode(_) => {
-                "make sure no other program commands it, such as `moteus_tool` or `tview`"
+                "make sure no other program commands the drive, such as `moteus_tool` or `tview`"
             }
             Self::Silent => "check supply, `id.id`, wiring, termination and bit rates",
         }
@@ -65,7 +65,7 @@ impl fmt::Display for MoteusJointFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Fault(fault) => fault.fmt(f),
-            Self::UnexpectedMode(mode) => write!(f, "commanded, but in mode {mode} ({})", self.number()),
+            Self::UnexpectedMode(mode) => write!(f, "unexpected mode: {mode} ({})", self.number()),
             Self::Silent => write!(f, "no reply ({SILENT})"),
         }
     }

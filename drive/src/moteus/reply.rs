@@ -48,7 +48,10 @@ impl fmt::Display for MoteusReplyError {
                 write!(f, "reply has unknown subframe {kind:#04x}: check that this id is a moteus drive")
             }
             Self::Refused { register, error } => {
-                write!(f, "drive refused register {register:#05x}, error {error}: update its firmware")
+                write!(
+                    f,
+                    "drive refused register {register:#05x}, error {error}: update the drive's firmware"
+                )
             }
             Self::Missing { register } => {
                 write!(f, "reply lacks register {register:#05x}: check for another host with this id")

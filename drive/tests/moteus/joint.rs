@@ -187,7 +187,7 @@ fn every_trouble_has_its_number_and_a_remedy() {
         assert!(!trouble.remedy().is_empty() && !trouble.to_string().is_empty());
     }
     let timed_out = MoteusJointFault::from_number(267).unwrap();
-    assert_eq!(timed_out.to_string(), "commanded, but in mode timeout (267)");
+    assert_eq!(timed_out.to_string(), "unexpected mode: timeout (267)");
 }
 
 proptest! {

@@ -31,7 +31,7 @@ pub enum ReachError {
     },
     /// A forbidden function is reached.
     #[error(
-        "forbidden function {} is reached:\n    {}",
+        "the program can call the forbidden function {}:\n    {}",
         .path.last().map_or("", String::as_str),
         .path.join("\n    ")
     )]
@@ -40,7 +40,7 @@ pub enum ReachError {
         path: Vec<String>,
     },
     /// A trapping instruction is reached.
-    #[error("a trapping instruction is reached:\n    {}", .path.join("\n    "))]
+    #[error("the program can reach a trapping instruction:\n    {}", .path.join("\n    "))]
     Trap {
         /// Call locations from the start; the last entry is the trap.
         path: Vec<String>,

@@ -57,7 +57,7 @@ pub enum StackError {
     #[error(transparent)]
     Graph(#[from] GraphError),
     /// A function calls itself.
-    #[error("recursion: {}; declare how often it can nest (`at most N NAME`)", .chain.join(" -> "))]
+    #[error("recursion: {}; declare how often the function can nest (`at most N NAME`)", .chain.join(" -> "))]
     Recursion {
         /// The functions in call order; the last entry repeats the first.
         chain: Vec<String>,
@@ -69,7 +69,7 @@ pub enum StackError {
         name: &'static str,
     },
     /// The priority of an interrupt is unknown.
-    #[error("undeclared priority of interrupt handler {handler}")]
+    #[error("unknown priority of interrupt handler {handler}: declare its priority")]
     NoPriority {
         /// Name of the handler.
         handler: String,
@@ -83,7 +83,7 @@ pub enum StackError {
         address: u32,
     },
     /// A declared function is missing.
-    #[error("no function in the image matches '{name}', which is declared")]
+    #[error("no function in the image matches the declaration '{name}': correct the declaration")]
     Unmatched {
         /// Name of the function.
         name: String,

@@ -68,7 +68,7 @@ fn errors_can_be_what_does_not_fit() {
     assert!(figures.error_frames > 100 && !figures.fits, "{figures:?}");
     // What would take less time is no remedy.
     let [advice] = &figures.advice[..] else { panic!("{:?}", figures.advice) };
-    assert!(advice.contains("fits only without errors"), "{advice}");
+    assert!(advice.contains("fits only without bit errors"), "{advice}");
 }
 
 #[test]

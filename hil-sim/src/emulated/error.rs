@@ -28,7 +28,7 @@ pub enum EmulatedError {
         source: io::Error,
     },
     /// Firmware of another version or board.
-    #[error("{} is not an image of {wanted}; build one with `{BUILD}`", path.display())]
+    #[error("{} is not an image of {wanted}; build the image with `{BUILD}`", path.display())]
     WrongImage {
         /// The image.
         path: PathBuf,
@@ -40,7 +40,8 @@ pub enum EmulatedError {
     NoEmulator(io::Error),
     /// Cannot create the pipes.
     #[error(
-        "cannot create the pipes of the emulated board: {0}; free space in the temporary folder or set TMPDIR"
+        "cannot create the pipes of the emulated board: {0}; free space in the \
+        temporary folder, or set TMPDIR to another folder"
     )]
     Files(io::Error),
     /// Timeout.
@@ -58,7 +59,11 @@ pub enum EmulatedError {
         log: Vec<String>,
     },
     /// The firmware stopped by a panic, a fault or its watchdog.
-    #[error("the firmware on the emulated board stopped; actuators {}{}", at(.commanded), last_words(.log))]
+    #[error(
+        "the firmware on the emulated board stopped; last actuator commands: {}{}",
+        at(.commanded),
+        last_words(.log)
+    )]
     Stopped {
         /// Last commands of the actuators; 0 is their safe state.
         commanded: Vec<f32>,
@@ -70,7 +75,7 @@ pub enum EmulatedError {
     Exchange(#[from] ExchangeError),
     /// Another version of the exchange protocol.
     #[error(
-        "the image uses {} of the exchange protocol, this command version {}; rebuild the image with `{BUILD}`",
+        "the image uses {} of the exchange protocol, this command uses version {}; rebuild the image with `{BUILD}`",
         version(.found),
         exchange::VERSION
     )]
@@ -105,15 +110,15 @@ pub enum EmulatedError {
     },
     /// More packets than the exchange carries in one tick.
     #[error(
-        "{found} packets in one tick, an emulated board takes at most {MAX_PACKETS} in {MAX_FRAME_BYTES} bytes; \
-        lower link.jitter_ticks or link.duplication"
+        "{found} packets in one tick, but an emulated board accepts at most {MAX_PACKETS} packets and \
+        {MAX_FRAME_BYTES} bytes; lower link.jitter_ticks or link.duplication"
     )]
     TooManyPackets {
         /// Packets of all links.
         found: usize,
     },
     /// Unexpected size of a tick's data.
-    #[error("the board sent {found} bytes of {what}, expected {expected}: its scheme has changed")]
+    #[error("the board sent {found} bytes of {what}, expected {expected}: the board's scheme has changed")]
     UnexpectedAnswer {
         /// Kind of data.
         what: &'static str,
@@ -141,14 +146,14 @@ fn reason(status: &Option<ExitStatus>) -> String {
 fn at(commanded: &[f32]) -> String {
     // Compares bits, so that NaN counts as nonzero.
     if commanded.iter().all(|force| force.to_bits() == 0) {
-        return "at 0".to_owned();
+        return "all 0".to_owned();
     }
-    format!("still commanded {commanded:?}")
+    format!("{commanded:?}")
 }
 
 fn last_words(log: &[String]) -> String {
     if log.is_empty() {
-        return "; its log is empty".to_owned();
+        return "; the firmware's log is empty".to_owned();
     }
-    log.iter().fold("; end of its log:".to_owned(), |text, line| format!("{text}\n  {line}"))
+    log.iter().fold("; end of the firmware's log:".to_owned(), |text, line| format!("{text}\n  {line}"))
 }

@@ -23,7 +23,7 @@ pub enum ExperimentError {
         error: DescriptorError,
     },
     /// The Data Base is too small for the device's types.
-    #[error("the Data Base has no room for the device's types: {0:?}")]
+    #[error("the Data Base is too small for the device's data types ({0:?}): remove axes or `measures`")]
     Storage(StorageError),
     /// Invalid plant parameter.
     #[error("{place}: {error}")]
@@ -108,8 +108,8 @@ pub enum ExperimentError {
     },
     /// The peer does not answer.
     #[error(
-        "no packet from the {other} at {peer} within {waited_s} s; start it with `dimsart run --side {other}` \
-        and the same scenario, or increase --wait-s"
+        "no packet from the {other} at {peer} within {waited_s} s; start the peer with `dimsart run --side \
+        {other}` and the same scenario, or increase --wait-s"
     )]
     NoPeer {
         /// Address of the peer.
@@ -123,7 +123,7 @@ pub enum ExperimentError {
     #[error(transparent)]
     KeyFile(#[from] KeyFileError),
     /// No random numbers for a nonce.
-    #[error("no random numbers from the operating system, required by link.key_file: {0}")]
+    #[error("the operating system supplies no random numbers, which link.key_file requires: {0}")]
     NoRandomness(#[from] getrandom::Error),
     /// Authentication failure of the peer's packets.
     #[error(
@@ -149,7 +149,7 @@ pub enum ExperimentError {
         other: String,
     },
     /// Error of a station's firmware.
-    #[error("{station} as firmware: {source}")]
+    #[error("firmware of controller '{station}': {source}")]
     Emulated {
         /// The station.
         station: String,
@@ -157,7 +157,7 @@ pub enum ExperimentError {
         source: RemoteError,
     },
     /// Stopped by the user while waiting.
-    #[error("stopped while waiting for the {other}, before the run")]
+    #[error("stopped by the user while waiting for the {other}, before the run")]
     Stopped {
         /// Name of the peer.
         other: String,

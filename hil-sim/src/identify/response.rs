@@ -21,7 +21,9 @@ pub struct FrequencyPoint {
 
 /// Too few segments to average.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("{ticks} ticks are too few: a frequency response with segments of {segment} ticks requires {needed}")]
+#[error(
+    "recording of {ticks} ticks is too short: a response with segments of {segment} ticks requires {needed} ticks"
+)]
 pub struct ResponseTooShort {
     /// Available ticks.
     pub ticks: usize,

@@ -65,7 +65,7 @@ impl Checked<'_> {
         advice(
             name,
             known.iter().map(String::as_str),
-            "declare it first with `in`, `param`, `state` or `let`",
+            "declare the name first with `in`, `param`, `state` or `let`",
         )
     }
 
@@ -127,7 +127,7 @@ fn room(name: &Word, count: usize, most: usize, what: &str) -> Result<(), Proble
         return Ok(());
     }
     let message = format!("more than {most} {what}");
-    Err(Problem::new(name.span.clone(), message, "split this law in two or remove another declaration"))
+    Err(Problem::new(name.span.clone(), message, "remove a declaration, or split this law in two"))
 }
 
 fn port(law: &mut Checked<'_>, name: &Word, is_output: bool, signal: &Word) -> Result<(), Problem> {
@@ -201,7 +201,7 @@ fn parameter(statement: &Statement) -> Result<NamedParameter, Problem> {
     };
     let value = default.value;
     if !(min..=max).contains(&value) {
-        let message = format!("default {value} is out of range, {min} to {max}");
+        let message = format!("default {value} is outside the range {min} to {max}");
         return Err(Problem::new(default.span.clone(), message, "change the range or the default"));
     }
     let parameter = LawParameter { unit, min, max, default: value };
@@ -250,7 +250,7 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
         };
         if let (Declared::State(_), Some(Axis { span, .. })) = (declared, axis) {
             let help = "write the name without an index: each axis has its own state";
-            return Err(Problem::new(span.clone(), "a state takes no axis index", help));
+            return Err(Problem::new(span.clone(), "a state has no axis index", help));
         }
         let axis = axis.as_ref().map(|axis| axis.number);
         if seen.contains(&(declared, axis)) {
@@ -258,7 +258,7 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
             return Err(Problem::new(
                 name.span.clone(),
                 message,
-                "assign it once; use `let` for intermediate values",
+                "keep one assignment; use `let` for intermediate values",
             ));
         }
         seen.push((declared, axis));

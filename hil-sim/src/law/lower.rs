@@ -162,7 +162,7 @@ impl Lowering<'_> {
         let found = FUNCTIONS.iter().find(|(name, ..)| *name == function.text);
         let Some((name, opcode, count)) = found else {
             let all: Vec<&str> = FUNCTIONS.iter().map(|(name, ..)| *name).collect();
-            let help = format!("available: {} and last", all.join(", "));
+            let help = format!("available functions: {} and last", all.join(", "));
             return Err(Problem::new(
                 function.span.clone(),
                 format!("unknown function `{}`", function.text),
@@ -188,7 +188,7 @@ impl Lowering<'_> {
 
     fn last(&mut self, output: &Word, axis: Option<&Axis>, span: &Span) -> Result<Id, Problem> {
         if !self.begins {
-            let help = "use it only as a state's initial value: `state force_before = last(force)`";
+            let help = "use `last` only as a state's initial value: `state force_before = last(force)`";
             return Err(Problem::new(span.clone(), "`last` is available only when the law starts", help));
         }
         let Some(Declared::Output(number)) = self.law.declared(&output.text) else {
@@ -226,7 +226,7 @@ impl Lowering<'_> {
         let without_axis = |found| match axis {
             None => Ok(found),
             Some(axis) => {
-                let message = format!("`{}` takes no axis index", name.text);
+                let message = format!("`{}` has no axis index", name.text);
                 Err(Problem::new(axis.span.clone(), message, "write the name without an index"))
             }
         };
@@ -268,7 +268,11 @@ impl Lowering<'_> {
                 let found = self.named.get(&key(&name.text, axis)).copied();
                 found.ok_or_else(|| {
                     let message = format!("`{}` is read before it is assigned", key(&name.text, axis));
-                    Problem::new(name.span.clone(), message, "assign it first, or use a `state`")
+                    Problem::new(
+                        name.span.clone(),
+                        message,
+                        "assign the value before this line, or use a `state`",
+                    )
                 })
             }
             None => match self.named.get(&name.text).copied() {

@@ -67,7 +67,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, Problem> {
         };
         let depth = tokens.iter().rev().take_while(|token: &&Token<'_>| token.kind != Kind::End).count();
         if open > MAX_OPEN || depth > MAX_TOKENS {
-            let help = "split it with `let`";
+            let help = "split the statement with `let`";
             return Err(Problem::new(start..start + found.len(), "statement too long", help));
         }
         match found {

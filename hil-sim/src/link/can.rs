@@ -102,7 +102,7 @@ impl Medium for CanDirection {
             0_u64 => None,
             dropped => Some(format!(
                 "CAN bus: {dropped} packets of the other nodes (can.other_nodes) were dropped, \
-                queue full"
+                send queue full; raise the bit rates or reduce can.other_nodes"
             )),
         };
         let longest_ns = bus.responses().values().map(|response| response.longest_ns).max();

@@ -78,13 +78,13 @@ impl<M: Medium> MediumLink<M> {
     fn faults(&self) -> impl Iterator<Item = String> {
         let Self { name, sender, packets, full, off, too_long, remedy, .. } = self;
         let full = (*full > 0).then(|| {
-            format!("{name}: {full} of the {sender}'s {packets} packets dropped, queue full; {remedy}")
+            format!("{name}: {full} of the {sender}'s {packets} packets dropped, send queue full; {remedy}")
         });
         let off = (*off > 0)
             .then(|| format!("{name}: {off} of the {sender}'s {packets} packets lost while bus-off"));
         let too_long = (*too_long > 0).then(|| {
             format!(
-                "{name}: {too_long} of the {sender}'s {packets} packets too long for this carrier; send fewer \
+                "{name}: {too_long} of the {sender}'s {packets} packets are too long for this carrier; send fewer \
                 signals per packet, or choose another link.carrier"
             )
         });

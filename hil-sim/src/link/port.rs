@@ -25,7 +25,7 @@ impl<S: Read + Write + Send + fmt::Debug> Stream for S {}
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
     /// Unknown port.
-    #[error("port {port} not found; {}; a controller of `dimsart serve` is sim:NAME", list(existing))]
+    #[error("port {port} not found; {}; controller of `dimsart serve`: sim:NAME", list(existing))]
     NotFound {
         /// The name.
         port: String,
@@ -35,9 +35,9 @@ pub enum PortError {
     /// No permission.
     #[error(
         "no permission for {port}: join its group with `sudo usermod -aG dialout $USER` and log in again, or \
-        add the line `SUBSYSTEM==\"tty\", ATTRS{{idVendor}}==\"0483\", TAG+=\"uaccess\"` (0483 is ST; `lsusb` \
-        lists yours) to /etc/udev/rules.d/70-dimsart.rules, run `sudo udevadm control --reload` and reconnect \
-        the board"
+        add the line `SUBSYSTEM==\"tty\", ATTRS{{idVendor}}==\"0483\", TAG+=\"uaccess\"` (0483 is the \
+        USB vendor id of ST; `lsusb` lists the id of your board) to /etc/udev/rules.d/70-dimsart.rules, run \
+        `sudo udevadm control --reload` and reconnect the board"
     )]
     NoPermission {
         /// The port.
@@ -56,7 +56,9 @@ pub enum PortError {
         port: String,
     },
     /// No peer at the socket.
-    #[error("cannot open {port}: {source}; start the emulated board first and use the socket it prints")]
+    #[error(
+        "cannot open {port}: {source}; start the emulated board first and use the socket that the board prints"
+    )]
     Socket {
         /// The port.
         port: String,
@@ -71,7 +73,7 @@ pub enum PortError {
     },
     /// Simulated port served by another program.
     #[error(
-        "{port} is already served by another `dimsart`: stop it, or join it with `dimsart connect {port}`"
+        "{port} is already served by another `dimsart`: stop that program, or use `dimsart connect {port}`"
     )]
     Served {
         /// The port.
@@ -100,7 +102,7 @@ pub enum PortError {
 fn list(existing: &[String]) -> String {
     let names = match existing {
         [] => "no serial port found, connect the board".to_owned(),
-        names => format!("available: {}", names.join(", ")),
+        names => format!("available serial ports: {}", names.join(", ")),
     };
     format!("{names}; address of an emulated board: tcp:HOST:PORT or unix:PATH")
 }
@@ -215,7 +217,8 @@ mod tests {
         let existing = vec!["/dev/ttyS0".to_owned(), "/dev/ttyACM0".to_owned()];
         let message = PortError::NotFound { port: "/dev/ttyACM9".to_owned(), existing }.to_string();
         assert!(
-            message.contains("port /dev/ttyACM9 not found; available: /dev/ttyS0, /dev/ttyACM0;"),
+            message
+                .contains("port /dev/ttyACM9 not found; available serial ports: /dev/ttyS0, /dev/ttyACM0;"),
             "{message}"
         );
     }

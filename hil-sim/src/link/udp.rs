@@ -18,7 +18,7 @@ pub struct UdpError {
 
 fn repair(source: &std::io::Error) -> &'static str {
     match source.kind() {
-        std::io::ErrorKind::AddrInUse => "end the program that uses it",
+        std::io::ErrorKind::AddrInUse => "stop the program that uses this address",
         std::io::ErrorKind::AddrNotAvailable => "use an address of this computer",
         _ => "check the address and your permissions",
     }

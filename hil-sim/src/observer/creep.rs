@@ -80,9 +80,9 @@ impl Creep {
             };
             (share > NOTABLE && max_n > 0.0).then(|| {
                 format!(
-                    "the {} misses waves in {:.1} % of the ticks and STALE {policy} replaces few of them: the \
-                    hand creeps by p F/b, {at_most}{creep_mm_per_s:.1} mm/s at {max_n} N, and no stiffness is \
-                    predicted; {remedy}",
+                    "the {} loses waves in {:.1} % of the ticks and STALE {policy} replaces few of these waves: the \
+                    hand creeps (share lost × force / wave impedance), {at_most}{creep_mm_per_s:.1} mm/s at \
+                    {max_n} N, so no stiffness is predicted; {remedy}",
                     received.station,
                     100.0 * share
                 )

@@ -46,12 +46,12 @@ impl Observer for Peer {
             station.and_then(|station| Probe::new(types::LINK_AGE.first()).words(station).first().copied());
         if let Some(silence_ticks) = age.filter(|ticks| *ticks > SILENCE_TICKS) {
             outcome.faults.push(format!(
-                "no packet from the {other} in the last {silence_ticks} ticks: it stopped first"
+                "no packet from the {other} in the last {silence_ticks} ticks: the peer stopped first"
             ));
         }
         for time_s in &self.restarts_s {
             outcome.warnings.push(format!(
-                "the {other} restarted at {time_s:.3} s, so figures mix two runs: restart both sides"
+                "the {other} restarted at {time_s:.3} s, so the results mix two runs: restart both sides"
             ));
         }
         let per_tick = station.and_then(|station| station.packets_per_tick(0));

@@ -42,7 +42,7 @@ impl SettledContact {
             left if left.is_finite() => format!("about {:.1} %", 100.0 * left),
             _ => "an unknown amount".to_owned(),
         };
-        Some(format!("{left} of it is still missing"))
+        Some(format!("{left} of the final value is still missing"))
     }
 
     /// Remaining change of the stiffness, extrapolated as a geometric series from the changes between thirds; 0 for

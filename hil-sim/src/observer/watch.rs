@@ -163,16 +163,18 @@ impl Watch {
                     }
                 }
                 TickResult::MeasurementRefused(error) => {
-                    return Some(Alarm::OutOfRange(at(format!("measurement refused ({error})"))));
+                    return Some(Alarm::OutOfRange(at(format!("refused the measurement ({error})"))));
                 }
                 TickResult::CommandsLate => {
-                    return Some(Alarm::OutOfRange(at("commands timed out".to_owned())));
+                    return Some(Alarm::OutOfRange(at("received no external command in time".to_owned())));
                 }
                 TickResult::DriveFailed(fault) => {
-                    return Some(Alarm::OutOfRange(at(format!("drive bridge off: {fault}"))));
+                    return Some(Alarm::OutOfRange(at(format!(
+                        "stopped because the drive turned its bridge off ({fault})"
+                    ))));
                 }
                 TickResult::CommandRefused(error) => {
-                    return Some(Alarm::OutOfRange(at(format!("command refused ({error})"))));
+                    return Some(Alarm::OutOfRange(at(format!("refused the command ({error})"))));
                 }
                 TickResult::ModuleFailed(module) => {
                     let engine = station.dimsart.engine();
@@ -277,5 +279,5 @@ fn ends_it(axis: usize, number: f64, station: &Station) -> Option<String> {
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     let trouble = JointFault::from_number(number as u32)?;
-    Some(format!("no measurement, drive of axis {axis}: {trouble}: {}", trouble.remedy()))
+    Some(format!("has no measurement: drive of axis {axis}: {trouble}: {}", trouble.remedy()))
 }

@@ -7,7 +7,7 @@ use crate::schemes::nearest;
 #[error(
     "record.signals: unknown name '{name}'; {}",
     nearest.as_ref().map_or_else(
-        || format!("available: {}, and STATION.SIGNAL in each", sources.join(", ")),
+        || format!("available: {}; for one signal, write STATION.SIGNAL", sources.join(", ")),
         |nearest| format!("did you mean '{nearest}'?"),
     )
 )]

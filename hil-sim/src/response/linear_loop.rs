@@ -95,7 +95,7 @@ impl LinearLoop {
         let doubles_s = period_s * core::f64::consts::LN_2 / libm::log(growth);
         let held = self.held.words();
         Some(format!(
-            "the loop {held} is unstable: it grows by a factor of {growth:.6} per tick and doubles in \
+            "the loop ({held}) is unstable: disturbances grow by a factor of {growth:.6} per tick and double in \
         {doubles_s:.3} s"
         ))
     }
@@ -104,7 +104,7 @@ impl LinearLoop {
     fn warning(&self) -> Option<String> {
         let held = self.held.words();
         let text =
-            format!("the loop {held} is at its stability limit (growth within 1e-5 per tick): undecided");
+            format!("the loop ({held}) is at its stability limit (growth within 1e-5 per tick): undecided");
         self.is_undecided().then_some(text)
     }
 }

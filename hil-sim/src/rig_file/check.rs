@@ -118,8 +118,7 @@ impl RigFile {
                 problems.push(format!("{at}: an axis of '{device}' has no hand: add `hand` to every axis"));
             }
             if self.pressed().is_none() {
-                problems
-                    .push(format!("{at}: '{device}' has no link to the device that presses: add a [[link]]"));
+                problems.push(format!("{at}: '{device}' has no link to the pressing device: add a [[link]]"));
             }
         }
         if !(path.is_finite() && force.iter().all(|force| force.is_finite())) {
@@ -138,7 +137,7 @@ impl RigFile {
         };
         let set = settings.iter().find(sets_it).filter(|_| force.len() > axes)?;
         let (name, count) = (&set.key, force.len());
-        Some(format!("{name} has {count} values for {axes} axes: give one value per axis, or raise dof"))
+        Some(format!("{name} has {count} values for {axes} axes: write one value per axis, or increase dof"))
     }
 
     fn names(&self) -> Vec<String> {
@@ -194,7 +193,7 @@ impl RigFile {
                 let sensed: Vec<&str> = SENSED.iter().map(|data_type| data_type.name).collect();
                 problems.push(format!(
                     "device '{name}' measures {signal}, which has no sensor and no [[experiment.move]]: add an \
-                    [[experiment.move]] on it; sensors: {}",
+                    [[experiment.move]] on this signal; signals with a sensor: {}",
                     sensed.join(", ")
                 ));
             }
@@ -356,7 +355,7 @@ fn check_drives(device: &DeviceSection, problems: &mut Vec<String>) {
     if device.delay_ticks > 0.0 {
         problems.push(format!(
             "device '{name}': delay_ticks is not allowed with drives, whose bus sets the \
-        delay: remove it"
+        delay: remove `delay_ticks`"
         ));
     }
     if device.axes.iter().any(|axis| axis.unit != AxisUnit::Radian) {
@@ -381,12 +380,14 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
     if device.axes.len() != count {
         problems.push(format!(
             "device '{name}' has {count} coupled axes but {} [[device.axis]] entries: give \
-        one per axis, or none",
+        one per axis, or remove all",
             device.axes.len()
         ));
     }
     for (axis, _) in device.axes.iter().enumerate().filter(|(_, section)| section.plant.is_some()) {
-        problems.push(format!("device '{name}', axis {axis}: a coupled axis cannot have a plant: remove it"));
+        problems.push(format!(
+            "device '{name}', axis {axis}: a coupled axis cannot have a plant: remove `plant`"
+        ));
     }
     let of_arm = device.arm.as_ref().map(|arm| arm.check().map_err(|error| error.within("arm")));
     let of_phantom =

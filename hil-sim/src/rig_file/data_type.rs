@@ -56,7 +56,7 @@ impl TypeSection {
         }
         if dimsart_core::types::by_name(name).is_some() {
             return Some(format!(
-                "type '{name}' is already a built-in type: choose another name or remove it"
+                "type '{name}' is already a built-in type: choose another name, or remove this type"
             ));
         }
         let mut known: Vec<&str> = Vec::new();
@@ -67,7 +67,7 @@ impl TypeSection {
         }
         (!known.contains(&unit.as_str())).then(|| {
             format!(
-                "type '{name}': unknown unit '{unit}'; use one of {} (those of a linear axis)",
+                "type '{name}': unknown unit '{unit}'; use one of {} (units of a linear axis)",
                 known.join(", ")
             )
         })

@@ -136,7 +136,8 @@ impl MoveSection {
             numbers.extend([("at_s", *at_s), ("until_s", *until_s), ("amplitude", *amplitude)]);
             spans.push((*at_s, *until_s));
             if !(*bit_s > 0.0 && (until_s - at_s) / bit_s <= MAX_BITS) {
-                problems.push(format!("bit_s is {bit_s} s, must be > 0 s and give at most {MAX_BITS} bits"));
+                problems
+                    .push(format!("bit_s is {bit_s} s, must be > 0 s and produce at most {MAX_BITS} bits"));
             }
         }
         if let Some(SamplesFile { at_s, .. }) = &self.samples {

@@ -20,13 +20,13 @@ pub(super) fn problems(parameters: &[ParameterSection], text: &str) -> Vec<Strin
             wrong("invalid name: remove =, + and spaces".to_owned());
         }
         if value_at(&table, name).is_some() {
-            wrong("a key of this name exists: choose another name".to_owned());
+            wrong("the rig has a key of this name: choose another name".to_owned());
         }
         if keys.is_empty() && also.is_empty() && values.is_empty() {
             wrong("sets no keys: add `keys`".to_owned());
         }
         if with.as_ref().is_some_and(|with| !parameters.iter().any(|other| other.name == *with)) {
-            wrong("unknown parameter in `with`".to_owned());
+            wrong("unknown parameter in `with`: use the name of a declared parameter".to_owned());
         }
         let left_out = |key: &&String| value_at(&table, key).is_none();
         let with_also = with_also(&table, parameters, parameter);

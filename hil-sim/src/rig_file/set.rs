@@ -211,7 +211,7 @@ fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
                     format!("`{part}` is a list: select an entry by index or name: {}", names.join(", "))
                 })?
             }
-            _ => return Err(format!("`{part}` is a value, not a section")),
+            _ => return Err(format!("`{part}` is a value, not a section: remove the rest of the key")),
         };
     }
     let text = text.trim();

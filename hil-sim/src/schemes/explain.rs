@@ -76,13 +76,13 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
         if entries.are_matrix() {
             write!(
                 f,
-                "'{word}' is not an element of {name} ({rows} rows, {columns} columns): write {name}[0][0], \
-                counted from 0"
+                "'{word}' is not an element of {name} ({rows} rows, {columns} columns): write {name}[0][0]; \
+                indices start at 0"
             )
         } else if entries.are_per_axis() {
             write!(
                 f,
-                "'{word}' is not an entry of {name}, which has one value per axis: write {name}[0], counted from 0"
+                "'{word}' is not an entry of {name}, which has one value per axis: write {name}[0]; axes start at 0"
             )
         } else {
             write!(f, "'{word}' has one value for all axes: remove the [axis]")
@@ -107,7 +107,7 @@ impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
                     "the image does not include {kind}: build it with this module kind (docs/firmware.md)"
                 )
             }
-            RowError::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),
+            RowError::Destination => self.unknown(f, "a destination", ["master", "slave", "m&s", "all"]),
             RowError::Module => self.unknown(f, "a module", [ENGINE].into_iter().chain(known.kind_names())),
             RowError::ModuleValue => self.unknown(f, "a module", known.kind_names()),
             RowError::EngineCommand => {

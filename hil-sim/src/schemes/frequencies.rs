@@ -30,7 +30,7 @@ fn of_module(engine: &mut Engine, module: ModuleRef) -> Vec<String> {
         (f64::from(frequency_hz) > max_hz * (1.0 + 1e-6)).then(|| {
             let remedy = if every_ticks > 1 { "lower FREQUENCY or EVERY_TICKS" } else { "lower FREQUENCY" };
             format!(
-                "FREQUENCY[{axis}] of {} is {frequency_hz} Hz, above 0.49 of the module's rate, {max_hz:.1} Hz: {remedy}",
+                "FREQUENCY[{axis}] of {} is {frequency_hz} Hz, above 0.49 × module rate = {max_hz:.1} Hz: {remedy}",
                 engine.module_name(module)
             )
         })

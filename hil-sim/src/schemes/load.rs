@@ -70,7 +70,7 @@ pub fn load_for(
     let mut faults: Vec<String> =
         faults.into_iter().map(|fault| engine.explain(*fault).to_string()).collect();
     if report.unlisted() > 0 {
-        faults.push(format!("and {} more", report.unlisted()));
+        faults.push(format!("and {} more faults", report.unlisted()));
     }
     faults.extend(too_high);
     if errors.is_empty() && engine.is_in_transaction() {

@@ -213,10 +213,10 @@ fn a_run_that_a_drive_ends_says_which_one_and_what_to_do() {
 #[test]
 fn what_is_wrong_with_drives_is_named() {
     for (was, is, said) in [
-        ("nodes = [1, 2]", "nodes = [1]", "nodes has 1 entries"),
-        ("nodes = [1, 2]", "nodes = [1, 1]", "duplicate node 1:"),
-        ("nodes = [1, 2]", "nodes = [1, 127]", "duplicate node 127:"),
-        ("nodes = [1, 2]", "nodes = [0, 2]", "node 0 is out of range, must be 1 to 127"),
+        ("nodes = [1, 2]", "nodes = [1]", "`nodes` has 1 entries"),
+        ("nodes = [1, 2]", "nodes = [1, 1]", "duplicate node id 1:"),
+        ("nodes = [1, 2]", "nodes = [1, 127]", "duplicate node id 127:"),
+        ("nodes = [1, 2]", "nodes = [0, 2]", "node id 0 is out of range, must be 1 to 127"),
         ("gear_ratio = 10", "gear_ratio = 0", "gear_ratio is 0"),
         ("gear_ratio = 10", "timeout_s = 0.001", "timeout_s is 0.001"),
         ("gear_ratio = 10", "counts_per_turn = 0", "counts_per_turn is 0"),

@@ -19,13 +19,13 @@ const WRONG: &[Wrong] = &[
     ("law L\nout out: FORCE", false, (2, 5), "found `out`", "not a keyword"),
     ("law L \"text\nf = 1", false, (1, 7), "missing closing", "quotation mark"),
     ("param b: Stifness = 1\nf = b", true, (5, 10), "unknown unit Stifness", "did you mean `Stiffness`?"),
-    ("param b = 3 in 4..9\nf = b", true, (5, 11), "out of range, 4 to 9", "change the range"),
+    ("param b = 3 in 4..9\nf = b", true, (5, 11), "outside the range 4 to 9", "change the range"),
     ("param b = 3 in 9..4\nf = b", true, (5, 19), "minimum is above the maximum", "minimum first"),
     ("param b = 3 in 9\nf = b", true, (5, 17), "expected `..`, found the end of the line", "in 0..1000"),
     ("param b = 1e39\nf = b", true, (5, 11), "too large", "3.4e38"),
     ("param k = 2", true, (5, 7), "duplicate name `k`", "another name"),
-    ("f = k * y", true, (5, 9), "unknown name `y`", "declare it"),
-    ("f = stifness\nlet stiffness = 1", true, (5, 5), "unknown name", "declare it"),
+    ("f = k * y", true, (5, 9), "unknown name `y`", "declare the name"),
+    ("f = stifness\nlet stiffness = 1", true, (5, 5), "unknown name", "declare the name"),
     ("let gain = 1\nf = gian * x", true, (6, 5), "unknown name", "did you mean `gain`?"),
     ("f = k * ", true, (5, 9), "expected a value, found the end of the line", "write a number"),
     ("f = (k + x", true, (5, 11), "expected `)`, found the end of the line", "close the parentheses"),
@@ -56,7 +56,7 @@ const WRONG: &[Wrong] = &[
     ("f[0] = x[1]", true, (5, 9), "axis 1 is out of range", "axes 0 to 0"),
     ("f[9] = 1", true, (5, 3), "axis 9 is out of range", "axes are 0 to 7"),
     ("f[a] = 1", true, (5, 3), "expected an axis number, found `a`", "position[0]"),
-    ("f = pi[0]", true, (5, 7), "takes no axis index", "without an index"),
+    ("f = pi[0]", true, (5, 7), "has no axis index", "without an index"),
     ("then = 1", true, (5, 1), "cannot start with `then`", "start with `law`"),
 ];
 
@@ -105,6 +105,6 @@ fn the_whole_of_an_error_is_a_line_with_a_mark_under_it() {
 5 | f = k * (x - y)
   |              ^
   |
-  = help: declare it first with `in`, `param`, `state` or `let`";
+  = help: declare the name first with `in`, `param`, `state` or `let`";
     assert_eq!(error.to_string(), expected);
 }

@@ -14,7 +14,7 @@ fn wrong(text: &str) -> String {
 fn what_is_wrong_with_drives_is_named() {
     let file = text("", &step(0, 0.1));
     for (was, is, said) in [
-        ("ids = [1, 2]", "ids = [1]", "ids has 1 entries"),
+        ("ids = [1, 2]", "ids = [1]", "`ids` has 1 entries"),
         ("ids = [1, 2]", "ids = [1, 1]", "duplicate drive id 1:"),
         ("ids = [1, 2]", "ids = [0, 2]", "id 0 with host 0"),
         ("ids = [1, 2]", "ids = [1, 127]", "id 127 with host 0"),

@@ -26,15 +26,16 @@ fn a_law_takes_coordinates_of_joints_or_cartesian_ones_and_never_both() {
         law("TIP_POSITION", "TIP_POSITION", "DES_FORCE"),
         [
             "port DES_FORCE of PDCTRL_MOD is bound to DES_FORCE, which is in joint coordinates, but other ports of the \
-          module are Cartesian: bind it to a compatible signal (PORT_DES_FORCE command); see `dimsart modules PDCTRL_MOD`"
+          module are Cartesian: bind the port to a compatible signal (PORT_DES_FORCE command); \
+          `dimsart modules PDCTRL_MOD` shows the ports"
         ]
     );
     assert_eq!(
         law("POSITION", "TIP_POSITION", "DES_FORCE"),
         [
             "port DES_POSITION of PDCTRL_MOD is bound to TIP_POSITION, which is Cartesian, but other ports of the module \
-          use joint coordinates: bind it to a compatible signal (PORT_DES_POSITION command); see `dimsart modules \
-          PDCTRL_MOD`"
+          use joint coordinates: bind the port to a compatible signal (PORT_DES_POSITION command); \
+          `dimsart modules PDCTRL_MOD` shows the ports"
         ]
     );
 }

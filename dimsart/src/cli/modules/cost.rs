@@ -35,7 +35,7 @@ impl KindCost {
 
     /// Costs of all kinds of an image, from its stamp.
     pub(super) fn of_image(image: &Path) -> Result<BTreeMap<KindId, Self>, Box<dyn std::error::Error>> {
-        let unstamped = || format!("{0} is not stamped: run `dimsart stamp {0}`", image.display());
+        let unstamped = || format!("image {0} is not stamped: run `dimsart stamp {0}`", image.display());
         let stamp = StampedImage::read(image)?;
         let lines = stamp.costs().ok_or_else(unstamped)?;
         let cost = |cost: &Cost| match *cost {

@@ -18,16 +18,26 @@ const PAUSE: Duration = Duration::from_millis(20);
 
 pub(super) fn show(device: &mut Device, port: &str, out: &mut impl Write) -> Ending {
     let state = device.motor()?;
-    let whose = if state.is_kept { "stored on the board" } else { "of the image, none is stored" };
+    let whose = if state.is_kept {
+        "configuration stored on the board"
+    } else {
+        "configuration of the image, none is stored on the board"
+    };
     match state.fallback {
-        Some(reason) if state.is_kept => writeln!(out, "# {port}: stored on the board, BUT {reason}.")?,
-        Some(reason) => {
-            writeln!(out, "# {port}: of the image, THE STORED CONFIGURATION WAS REJECTED: {reason}.")?
+        Some(reason) if state.is_kept => {
+            writeln!(out, "# {port}: configuration stored on the board, BUT {reason}.")?
         }
+        Some(reason) => writeln!(
+            out,
+            "# {port}: configuration of the image, THE STORED CONFIGURATION WAS REJECTED: {reason}."
+        )?,
         None => writeln!(out, "# {port}: {whose}.")?,
     }
     if state.waits {
-        writeln!(out, "# Changed since the start: the next start uses the new configuration.")?;
+        writeln!(
+            out,
+            "# The configuration was changed after the board started: the next start uses the new configuration."
+        )?;
     }
     write!(out, "{}", motor::text(&state.configuration))?;
     Ok(ExitCode::SUCCESS)
@@ -37,7 +47,10 @@ pub(super) fn set(device: &mut Device, file: &Path, restart: bool, out: &mut imp
     let mut told = motor::read(file, super::warn)?;
     let now = device.motor()?.configuration;
     if told.inverter != now.inverter {
-        eprintln!("dimsart: note: [inverter] of {} ignored: the board's values are used", file.display());
+        eprintln!(
+            "dimsart: note: [inverter] of {} differs from the board and is ignored: the board's values are used",
+            file.display()
+        );
         told.inverter = now.inverter;
         told.check().map_err(|error| format!("{}: {error}", file.display()))?;
     }
@@ -54,7 +67,7 @@ pub(super) fn identify(device: &mut Device, current_a: f32, store: bool, out: &m
     let max_a = told.limits.current_a;
     if !(current_a > 0.0 && current_a <= max_a) {
         return Err(format!(
-            "--current-a is {current_a} A: it must be above 0 and at most limits.current_a = {max_a} A"
+            "--current-a {current_a} is out of range: give a current above 0 A and up to limits.current_a = {max_a} A"
         )
         .into());
     }
@@ -71,7 +84,7 @@ pub(super) fn identify(device: &mut Device, current_a: f32, store: bool, out: &m
     if !told.encoder.is_absolute() {
         writeln!(
             out,
-            "encoder_offset_rad is valid for this start only: an incremental encoder is aligned at each start"
+            "encoder_offset_rad is valid until the board restarts: the drive aligns an incremental encoder at each start"
         )?;
     }
     if !store {
@@ -105,12 +118,12 @@ fn keep(
 }
 
 fn end(device: &mut Device, stopped: bool, restart: bool, what: &str, out: &mut impl Write) -> Ending {
-    let stopped = if stopped { " The scheme was stopped to write." } else { "" };
+    let stopped = if stopped { " The running scheme was stopped for the write." } else { "" };
     if restart {
         device.restart()?;
-        writeln!(out, "stored; the board restarted with {what}.")?;
+        writeln!(out, "done: the board restarted with {what}.")?;
     } else {
-        writeln!(out, "stored: restart the board (or give --restart) to use {what}.{stopped}")?;
+        writeln!(out, "done: restart the board (or repeat with --restart) to use {what}.{stopped}")?;
     }
     Ok(ExitCode::SUCCESS)
 }

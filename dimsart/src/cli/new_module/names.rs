@@ -94,14 +94,14 @@ impl Names {
             word.starts_with(|first: char| first.is_ascii_lowercase())
                 && word.chars().all(|letter| letter.is_ascii_alphanumeric())
         };
-        let advice = "use words of ASCII letters and digits, such as damped-spring";
+        let advice = "use words of ASCII letters and digits that start with a letter, such as damped-spring";
         if !words.iter().all(is_word) {
             return Err(format!("invalid module name '{name}': {advice}"));
         }
         let file = words.join("_");
         if RESERVED.contains(&file.as_str()) {
             return Err(format!(
-                "'{name}' is reserved by Rust or the template: add a word, such as my-{name}"
+                "module name '{name}' is reserved by Rust or by the template: add a word, such as my-{name}"
             ));
         }
         let module = format!("{}_MOD", file.to_uppercase());

@@ -24,7 +24,11 @@ impl Default for Timeouts {
 #[derive(Debug, thiserror::Error)]
 pub enum LineError {
     /// The device does not answer.
-    #[error("no answer: sent {tries} times, waited {} s each; {}", timeout.as_secs_f64(), heard(*bytes, *frames))]
+    #[error(
+        "no answer from the device: request sent {tries} times, waited {} s each; {}",
+        timeout.as_secs_f64(),
+        heard(*bytes, *frames)
+    )]
     NoAnswer {
         /// Number of tries.
         tries: u32,
@@ -37,7 +41,7 @@ pub enum LineError {
     },
     /// No answer to a command that must not be repeated: it may have been carried out.
     #[error(
-        "no answer to the command in {} s, it may have been carried out: run `show` before you repeat it",
+        "no answer to the command in {} s: the device may have executed the command; run `show` before you repeat it",
         timeout.as_secs_f64()
     )]
     OutcomeUnknown {
@@ -46,7 +50,7 @@ pub enum LineError {
     },
     /// The answer has another protocol version.
     #[error(
-        "cannot decode the device's answer: its protocol version differs from {PROTOCOL_VERSION} of this command; use \
+        "cannot decode the device's answer: its protocol version differs from {PROTOCOL_VERSION} of this program; use \
          the `dimsart` of the image's version"
     )]
     NotUnderstood,
@@ -69,8 +73,8 @@ fn heard(bytes: u64, frames: u32) -> String {
             "{bytes} bytes received, but no whole frame: set the image's baud rate with --baud, or use another port"
         ),
         _ => format!(
-            "{frames} whole frames received before: the line loses bytes or another program reads them; increase \
-             --timeout-s"
+            "{frames} whole frames received before: the line loses bytes or another program reads them; close other \
+             programs, or increase --timeout-s"
         ),
     }
 }

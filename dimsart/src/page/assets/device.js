@@ -1,13 +1,6 @@
 // Animation of the device: a dial for each rotary axis, a slide for each linear axis, with reference and force.
 
-const SVG = "http://www.w3.org/2000/svg";
-
-function make(name, attributes, text) {
-  const element = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  if (text !== undefined) element.textContent = text;
-  return element;
-}
+import { svgNode } from "/dom.js";
 
 /** Formats a number with four digits. */
 export function digits(value) {
@@ -17,7 +10,7 @@ export function digits(value) {
   return size >= 1e5 || size < 1e-3 ? value.toExponential(2) : String(Number(value.toPrecision(4)));
 }
 
-const SIZE = 120;
+const SIZE = 120, TEXTS = 46;
 const HINT = "drag to hold the reference of this axis until you release it";
 
 export class DevicePicture {
@@ -74,27 +67,28 @@ export class DevicePicture {
     this.largest = identity.axes.map(() => ({ position: 1e-3, force: 1e-6 }));
     const columns = Math.min(3, identity.axes.length);
     const rows = Math.ceil(identity.axes.length / columns);
-    const svg = make("svg", { viewBox: `0 0 ${SIZE * columns} ${(SIZE + 34) * rows}`, role: "img" });
+    const svg = svgNode("svg", { viewBox: `0 0 ${SIZE * columns} ${(SIZE + TEXTS) * rows}`, role: "img" });
     this.axes = identity.axes.map((kind, axis) => {
-      const group = make("g", {
-        transform: `translate(${SIZE * (axis % columns)} ${(SIZE + 34) * Math.floor(axis / columns)})`,
+      const group = svgNode("g", {
+        transform: `translate(${SIZE * (axis % columns)} ${(SIZE + TEXTS) * Math.floor(axis / columns)})`,
       });
       const isTurning = kind === "rotary";
       group.append(isTurning
-        ? make("circle", { cx: 60, cy: 60, r: 50, fill: "transparent", stroke: "var(--rule)", "stroke-width": 2 })
-        : make("line", { x1: 10, x2: 110, y1: 60, y2: 60, stroke: "var(--rule)", "stroke-width": 4, "pointer-events": "all" }));
+        ? svgNode("circle", { cx: 60, cy: 60, r: 50, fill: "transparent", stroke: "var(--rule)", "stroke-width": 2 })
+        : svgNode("line", { x1: 10, x2: 110, y1: 60, y2: 60, stroke: "var(--rule)", "stroke-width": 4, "pointer-events": "all" }));
       const hand = (color, width) => (isTurning
-        ? make("line", { x1: 60, y1: 60, x2: 108, y2: 60, stroke: color, "stroke-width": width, "stroke-linecap": "round" })
-        : make("rect", { x: 55, y: 42, width: 10, height: 36, rx: 3, fill: color }));
+        ? svgNode("line", { x1: 60, y1: 60, x2: 108, y2: 60, stroke: color, "stroke-width": width, "stroke-linecap": "round" })
+        : svgNode("rect", { x: 55, y: 42, width: 10, height: 36, rx: 3, fill: color }));
       const wanted = hand("var(--warn)", 3), is = hand("var(--link)", 6);
-      const force = make("path", { class: "force", fill: "none", stroke: "var(--good)", "stroke-width": 4 });
-      const text = make("text", { x: 60, y: SIZE + 8, "text-anchor": "middle", "font-size": 11, fill: "var(--text)" });
-      const strength = make("text", { x: 60, y: SIZE + 22, "text-anchor": "middle", "font-size": 11, fill: "var(--good)", class: "force" });
-      group.append(wanted, is, force, text, strength);
-      const hint = make("title", {}, this.why || HINT);
+      const force = svgNode("path", { class: "force", fill: "none", stroke: "var(--good)", "stroke-width": 4 });
+      const text = svgNode("text", { x: 60, y: SIZE + 8, "text-anchor": "middle", "font-size": 11, fill: "var(--text)" });
+      const strength = svgNode("text", { x: 60, y: SIZE + 22, "text-anchor": "middle", "font-size": 11, fill: "var(--good)", class: "force" });
+      const note = svgNode("text", { x: 60, y: SIZE + 36, "text-anchor": "middle", "font-size": 11, fill: "var(--quiet)" });
+      group.append(wanted, is, force, text, strength, note);
+      const hint = svgNode("title", {}, this.why || HINT);
       group.append(hint);
       svg.append(group);
-      return { end: this.drag(group, axis, isTurning), hint, isTurning, wanted, is, force, text, strength };
+      return { end: this.drag(group, axis, isTurning), hint, isTurning, wanted, is, force, text, strength, note };
     });
     this.place.replaceChildren(svg);
   }
@@ -122,7 +116,8 @@ export class DevicePicture {
       drawn.force.setAttribute("d", drawn.isTurning ? arc(start, start + 1.6 * share)
         : `M ${60 + (45 * start) / largest.position} 34 h ${40 * share}`);
       drawn.text.textContent = `${digits(position)} ${is?.unit ?? ""}`;
-      drawn.strength.textContent = force ? `${digits(strength)} ${force.unit}${isCommanded ? "" : ", not applied"}` : "";
+      drawn.strength.textContent = force ? `${digits(strength)} ${force.unit}` : "";
+      drawn.note.textContent = force && !isCommanded ? "not applied" : "";
     });
   }
 }

@@ -1,15 +1,15 @@
 // The page of controllers: one WebSocket receives news and sends actions.
 //
-//   news ──▶ stations[n] ──▶ showState, Scheme, Modules, Scope, Device
+//   news ──▶ stations[n] ──▶ showState, Modules, Scheme, Scope, Device
 //   buttons, edits ──▶ ask(n, what) ──▶ answer
 
 import { DevicePicture } from "/device.js";
+import { by, node } from "/dom.js";
 import { Modules } from "/modules.js";
 import { drawScheme } from "/scheme.js";
 import { Recording } from "/recording.js";
 import { Scope } from "/scope.js";
 
-export const by = (id) => document.getElementById(id);
 
 const token = new URLSearchParams(location.search).get("token") ?? "";
 
@@ -25,7 +25,7 @@ const waiting = new Map();
 const scope = new Scope((names) => told(ask(shown, { do: "stream", names })));
 const recording = new Recording((on) => record(on), say);
 const device = new DevicePicture(by("device"), hold);
-const modules = new Modules(ask, say);
+const modules = new Modules(ask, say, () => showScheme());
 
 const isOpen = () => socket?.readyState === WebSocket.OPEN;
 const isMine = (here) => isOpen() && !here.gone && client !== null && here.status?.holder === client;
@@ -121,6 +121,8 @@ function hear({ kind, station, content, ...message }) {
       recording.hear(stations[station].name, stations[station].recording, content);
       // falls through
     default:
+      // The overview of a dry run of this page is not the running scheme.
+      if (kind === "overview" && content.status.is_in_transaction && modules.isBusy(station)) break;
       stations[station][kind] = content;
       if (kind === "overview") scope.period(station, content.identity.sample_period_s);
       show(kind, station);
@@ -139,12 +141,11 @@ function show(kind, station = shown) {
   scope.show(shown, here.name);
   recording.show(here.recording);
   if (!kind || kind === "status" || kind === "gone" || kind === "overview") showState(here);
-  if (!kind || kind === "overview" || kind === "faults" || kind === "kinds") {
+  if (!kind || kind === "overview" || kind === "faults" || kind === "kinds" || kind === "types") {
     // Clears the view of a station without news.
-    drawScheme(by("scheme"), here.overview, here.faults);
     modules.show(shown, here);
     device.show(shown, here.overview?.identity);
-    showFindings(here.faults);
+    showScheme();
   }
   if (!kind || kind === "events") showEvents(here.events);
 }
@@ -210,7 +211,7 @@ function showState(here) {
   const isRunning = here.overview?.status.is_running && !live?.state.includes("stopped");
   allow("start", why || isOther || (isRunning && "already running"));
   for (const id of ["reset", "save"]) allow(id, why);
-  by("transaction").hidden = !here.overview?.status.is_in_transaction;
+  by("transaction").hidden = !here.overview?.status.is_in_transaction || modules.isBusy(shown);
   allow("abort", why);
   modules.allow(why);
   device.allow(why);
@@ -241,13 +242,14 @@ function showState(here) {
   }));
 }
 
-function showFindings(faults) {
-  by("findings").replaceChildren(...(faults?.findings ?? []).map((finding) => {
-    const item = document.createElement("li");
-    item.className = finding.is_fault ? "fault" : "quiet";
-    item.textContent = `${finding.is_fault ? "fault" : "delay"}: ${finding.text}`;
-    return item;
-  }));
+/** Shows the pending scheme, or the running one. */
+function showScheme() {
+  const { overview, findings } = modules.shown();
+  drawScheme(by("scheme"), overview, findings, modules);
+  by("findings").replaceChildren(...findings.map((finding) => node("li", {
+    className: finding.is_fault ? "fault" : "quiet",
+    textContent: `${finding.is_fault ? "fault" : "delay"}: ${finding.text}`,
+  })));
 }
 
 function showEvents(events) {

@@ -1,13 +1,13 @@
 // The scope: signals of the last minute, running or held by a trigger, as time plot, spectrum or XY plot.
 
 import { digits } from "/device.js";
+import { by } from "/dom.js";
 import { spectrum } from "/fourier.js";
 import { Ring } from "/ring.js";
 import { offerSending } from "/sending.js";
 import { Trigger } from "/trigger.js";
 import { drawXy } from "/xy.js";
 
-const by = (id) => document.getElementById(id);
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9", "#8c564b", "#7f7f7f"];
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const HEIGHT = 190;

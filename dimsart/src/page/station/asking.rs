@@ -161,9 +161,10 @@ impl Asking {
         let is_void = action.moves()
             && (hil_sim::clock::since(asked) > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
         let done = if is_other && action.changes() {
-            Err("another client holds the lease: stop the device, or disarm it there".to_owned())
+            Err("another client holds the lease: disarm that client, or stop the device".to_owned())
         } else if is_void {
-            Err("request expired: the device was stopped or did not answer meanwhile; repeat it".to_owned())
+            Err("request expired: the device was stopped or did not answer meanwhile; repeat the request"
+                .to_owned())
         } else if matches!(action, Action::Renew) && self.holder.is_none() {
             Err("lease expired: `arm` again".to_owned())
         } else {
@@ -243,7 +244,7 @@ impl Asking {
             }
             Ok(()) => {
                 self.holder = None;
-                self.tell_lost("lease lost");
+                self.tell_lost("lease lost: `arm` again");
             }
         }
         Ok(())

@@ -31,6 +31,7 @@ pub(super) fn look(news: &Board, greet: &Greet, wakes: &Receiver<()>) {
 fn serve(news: &Board, device: &mut PageDevice, wakes: &Receiver<()>) -> Result<(), ConnectError> {
     news.tell("overview", &device.overview()?);
     news.tell("kinds", &device.kinds()?);
+    news.tell("types", &device.data_types()?);
     loop {
         news.tell("faults", &device.faults()?);
         news.tell("events", &device.events()?);

@@ -100,7 +100,7 @@ impl Recorder {
         let format = tap_file::format(device, &self.port, every_ticks, SignalsKind::Mcap)
             .map_err(|error| error.to_string())?;
         let folder = new_folder(folder, &self.name)
-            .map_err(|error| format!("cannot create a folder in {}: {error}", folder.display()))?;
+            .map_err(|error| format!("cannot create a recording folder in {}: {error}", folder.display()))?;
         let file = TapFile::create(&folder, device.identity(), every_ticks, format)
             .map_err(|error| error.to_string())?;
         let path = file.path().display().to_string();

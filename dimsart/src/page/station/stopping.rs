@@ -40,7 +40,7 @@ pub(super) fn stop(greet: &Greet, stops: &Receiver<oneshot::Sender<Answer>>) {
 
 /// Sends STOP. A closed line is detected only on use: it is then opened again.
 fn stop_now(greet: &Greet, device: &mut Option<PageDevice>) -> Answer {
-    let mut done = Err("no line to the device".to_owned());
+    let mut done = Err("no connection to the device".to_owned());
     for _ in 0..2 {
         if device.is_none() {
             match greet() {

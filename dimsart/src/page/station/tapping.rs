@@ -60,7 +60,7 @@ impl Tapping {
                 && let Err(error) = greet().and_then(|mut device| self.listen(&mut device))
             {
                 // A closed line is opened again.
-                self.news.cut(&format!("line closed: {error}"));
+                self.news.cut(&format!("connection to the device closed: {error}"));
                 for Choice { answer, .. } in self.choices.try_iter() {
                     let _ = answer.send(Err(error.to_string()));
                 }

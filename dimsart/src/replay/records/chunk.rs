@@ -28,12 +28,12 @@ impl Chunk {
         let Some((size, crc, compression, data)) = parts(body, is_open) else {
             return match is_open {
                 true => Ok(Self { at, bytes: Vec::new(), next: 0, is_open }),
-                false => Err(damaged("chunk longer than its record")),
+                false => Err(damaged("chunk exceeds its record")),
             };
         };
         let most = MAX_EXPANSION * (data.len() as u64 + 1);
         if !is_open && size > most {
-            return Err(damaged(&format!("invalid compression of {size} bytes into {}", data.len())));
+            return Err(damaged(&format!("invalid compression of {size} bytes into {} bytes", data.len())));
         }
         let mut bytes = Vec::new();
         let is_whole = match compression.as_str() {
@@ -49,10 +49,10 @@ impl Chunk {
         };
         let is_size = is_whole && bytes.len() as u64 == size;
         if !is_open && !is_size {
-            return Err(damaged("cannot decompress chunk"));
+            return Err(damaged("cannot decompress the chunk"));
         }
         if !is_open && crc != 0 && crc != crc32fast::hash(&bytes) {
-            return Err(damaged("wrong checksum of chunk"));
+            return Err(damaged("wrong checksum of the chunk"));
         }
         Ok(Self { at, bytes, next: 0, is_open })
     }
@@ -66,7 +66,7 @@ impl Chunk {
                 return Ok(None);
             }
             let damaged = |reason: &str| {
-                let reason = format!("{reason} at byte {} of its chunk", self.next);
+                let reason = format!("{reason} at byte {} of the chunk", self.next);
                 RecordError::Damaged { byte: self.at, reason }
             };
             let opcode = rest.0.split_off_first().copied().unwrap_or_default();

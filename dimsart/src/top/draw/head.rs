@@ -56,7 +56,7 @@ fn tabs(screen: &Screen) -> Line<'static> {
 
 fn facts(seen: &Seen, live: &Live) -> String {
     let lease = match (seen.is_held_here(), live.holder) {
-        (true, _) => "ARMED from here".to_owned(),
+        (true, _) => "ARMED by this terminal".to_owned(),
         (false, Some(holder)) => format!("client {holder} holds the lease"),
         (false, None) => "no client holds the lease".to_owned(),
     };

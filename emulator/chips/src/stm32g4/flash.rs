@@ -193,7 +193,7 @@ impl Flash {
                 let page = memory.get_mut(begin..).and_then(|rest| rest.get_mut(..PAGE_BYTES));
                 match page {
                     Some(page) => page.fill(ERASED),
-                    None => access.violates(format!("page {in_bank} is erased, but does not exist")),
+                    None => access.violates(format!("flash page {in_bank} is erased, but does not exist")),
                 }
             }
         }

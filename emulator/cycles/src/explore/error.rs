@@ -64,7 +64,7 @@ pub enum Reason {
     #[error("the function never returns")]
     NoReturn,
     /// Memory does not converge over repeated calls.
-    #[error("memory still changes after {rounds} rounds of calls, lowest address {lowest:#010x}")]
+    #[error("memory still changes after {rounds} rounds of calls, at {lowest:#010x} or above")]
     Unsettled {
         /// Number of rounds.
         rounds: u32,

@@ -52,7 +52,7 @@ pub enum Stop {
         lowest: u32,
     },
     /// The call takes too long.
-    #[error("no return after {instructions} instructions")]
+    #[error("the function has not returned after {instructions} instructions")]
     StepLimit {
         /// The limit.
         instructions: u64,

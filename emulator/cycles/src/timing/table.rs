@@ -64,7 +64,7 @@ rows! {
     Data, 1, 1, "`MOV`, `ADD`, `CMP`, shifts, `CLZ`, `UBFX`, `SXTB`, `SSAT`, lanes", "TRM 3.3: 1";
     Multiply, 1, 1, "`MUL`, `MLA`, `MLS`, `UMULL`, `SMLAL`, `SMLAxy`, `SMMUL`", "TRM 3.3: 1";
     DivideFewest, 2, 2, "`SDIV`, `UDIV`: minimum", "TRM 3.3: 2 to 12 by leading zeros and ones";
-    DivideQuotient, 10, 10, "`SDIV`, `UDIV`: added for a 32-bit quotient, less for a shorter one; upper, for any",
+    DivideQuotient, 10, 10, "`SDIV`, `UDIV`: added for a 32-bit quotient (upper value: any), less for a shorter quotient",
         "TRM 3.3: 2 to 12; proportion estimated";
     Skipped, 1, 1, "an instruction whose condition fails; a branch not taken", "TRM 3.3: B<cc> 1 or 1 + P";
     IfThen, 0, 1, "`IT`", "TRM 3.3: 1, can be folded away";
@@ -93,7 +93,7 @@ rows! {
     TableBranch, 3, 3, "`TBB`, `TBH`", "TRM 3.3: two for the load, one for the sum";
     MisalignedTarget, 1, 0, "added to a four-byte jump target at an address not divisible by 4",
         "seen; included in P in the upper column";
-    MisalignedRun, 1, 1, "added to the third consecutive misaligned wide instruction; upper, to every further one",
+    MisalignedRun, 1, 1, "added to the third consecutive misaligned wide instruction (upper value: and each later one)",
         "seen; several in runs that mix memory accesses with other instructions";
 
     // Processor.

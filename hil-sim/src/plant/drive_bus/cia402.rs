@@ -126,14 +126,14 @@ impl Cia402Parameters {
         let mut problems = Vec::new();
         if self.nodes.len() != axes {
             let count = self.nodes.len();
-            problems.push(format!("nodes has {count} entries for {axes} axes: give one per axis"));
+            problems.push(format!("`nodes` has {count} entries for {axes} axes: write one node id per axis"));
         }
         for (place, node) in self.nodes.iter().chain([&self.host]).enumerate() {
             if Cia402Node::new(*node).is_none() {
-                problems.push(format!("node {node} is out of range, must be 1 to 127"));
+                problems.push(format!("node id {node} is out of range, must be 1 to 127"));
             }
             if self.nodes.iter().take(place).any(|other| other == node) {
-                problems.push(format!("duplicate node {node}: ids of drives and host must be unique"));
+                problems.push(format!("duplicate node id {node}: ids of drives and host must be unique"));
             }
         }
         if !(self.gear_ratio.is_finite() && self.gear_ratio.abs() > 0.0) {

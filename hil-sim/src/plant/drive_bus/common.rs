@@ -93,7 +93,7 @@ pub(super) fn check(wires: &BusParameters, axes: usize, problems: &mut Vec<Strin
     let named = wires.fault.iter().map(|fault| fault.axis);
     let named = named.chain(wires.absent.iter().filter_map(|absence| absence.axis));
     for axis in named.filter(|axis| *axis >= axes) {
-        problems.push(format!("fault or absence: axis {axis} is out of range: {}", valid_axes(axes)));
+        problems.push(format!("`fault` or `absent`: axis {axis} is out of range: {}", valid_axes(axes)));
     }
 }
 

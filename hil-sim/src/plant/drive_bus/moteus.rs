@@ -85,13 +85,14 @@ impl MoteusParameters {
     pub fn problems(&self, axes: usize) -> Vec<String> {
         let mut problems = Vec::new();
         if self.ids.len() != axes {
-            problems.push(format!("ids has {} entries for {axes} axes: give one per axis", self.ids.len()));
+            problems
+                .push(format!("`ids` has {} entries for {axes} axes: write one id per axis", self.ids.len()));
         }
         for (place, id) in self.ids.iter().enumerate() {
             if MoteusAddress::new(self.host, *id).is_none() {
                 let host = self.host;
                 problems.push(format!(
-                    "id {id} with host {host}: ids must be 0 to 126 and differ from the host's"
+                    "drive id {id} is invalid with host id {host}: ids must be 0 to 126 and unique"
                 ));
             }
             if self.ids.iter().take(place).any(|other| other == id) {
