@@ -49,8 +49,8 @@ use hil_sim::rig_file::RigFileError;
 
 /// Run control schemes on simulated robots and on boards.
 ///
-/// Tables are as wide as the terminal, or as the variable `COLUMNS`. With --json, standard output contains JSON only;
-/// tables and notes go to standard error.
+/// Tables are as wide as the terminal, or have the number of columns in the variable `COLUMNS`. With --json, standard
+/// output contains JSON only; tables and notes go to standard error.
 #[derive(Debug, Parser)]
 #[command(name = "dimsart", version, after_help = EXAMPLES)]
 struct Arguments {
@@ -60,20 +60,20 @@ struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart                            run the bilateral experiment; report in runs/latest
-  dimsart run --set link.loss=0.1    the same with 10 % packet loss
+  dimsart                            run the bilateral experiment, write the report to runs/latest
+  dimsart run --set link.loss=0.1    run the bilateral experiment with 10 % packet loss
   dimsart bus --joints 6             check whether six joints fit on one CAN bus
   dimsart check my.scheme            list the faults of a scheme
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
-  dimsart serve                      simulate a joint in real time, with a web page to tune it
-  dimsart top                        tune it in the terminal
+  dimsart serve                      simulate a joint in real time, with a web page to tune its gains
+  dimsart top                        tune running controllers in the terminal
   dimsart law check my.law           compile a control law written as text
-  dimsart config diff sim:joint      what differs from the defaults on a controller
+  dimsart config diff sim:joint      list a controller's differences from the defaults
   dimsart identify                   estimate inertia, friction and weight of a joint
   dimsart record sim:joint           record every tick to a file
   dimsart new-project gripper        create a project with your own laws, tests and images
 
-`dimsart COMMAND --help` is the full reference. Exit status: 0 success, 1 error, 2 wrong usage, also a wrong --set.";
+`dimsart COMMAND --help` is the full reference. Exit status: 0 success, 1 error, 2 wrong usage, such as an invalid --set.";
 
 #[derive(Debug, Subcommand)]
 enum Command {

@@ -80,9 +80,9 @@ fn whose_packets_are_heard_is_noted() {
     for (left_out, expected) in [
         (
             "_CHANNEL",
-            "mistakes its own packets for its peer's if the line echoes them, and any controller's on a CAN bus",
+            "accepts its own packets as the peer's on a line with echo, and packets of every controller on a CAN bus",
         ),
-        ("CTX_CHANNEL", "sends on channel 0, which every controller on a CAN bus receives"),
+        ("CTX_CHANNEL", "sends on channel 0, and on a CAN bus every controller"),
     ] {
         let (status, out) = without(left_out);
         assert_eq!(status, Some(0), "{out}");
@@ -90,7 +90,7 @@ fn whose_packets_are_heard_is_noted() {
         assert!(out.contains("give each direction its own channel above 0"), "{out}");
     }
     let (_, out) = check(&BILATERAL.replace("_CHANNEL     2", "_CHANNEL     1"), &["--side", "master"]);
-    assert!(out.contains("mistakes its own packets for its peer's if the line echoes them: give"), "{out}");
+    assert!(out.contains("accepts its own packets as the peer's on a line with echo: give"), "{out}");
 }
 
 #[test]
@@ -237,7 +237,7 @@ fn on_a_board_a_scheme_is_told_how_long_its_ticks_can_be() {
     let (status, out) = check(BILATERAL, &["--side", "master", "--board", "nucleo-g474re"]);
     assert_eq!(status, Some(0), "{out}");
     let line = out.lines().find(|line| line.starts_with("  a tick takes up to ")).unwrap();
-    assert!(line.contains(" of 84000 cycles (") && line.ends_with(" % of the period"), "{out}");
+    assert!(line.contains(" of the allowed 84000 cycles (") && line.ends_with(" % of the period"), "{out}");
     let (_, without) = check(BILATERAL, &["--side", "master"]);
     assert!(!without.contains("a tick takes"), "{without}");
 }
@@ -388,9 +388,12 @@ fn what_a_controller_of_a_rig_has_is_printed() {
         (&["arm_bus"][..], "arm_bus has several controllers: select one with --controller: coordinator, "),
         (
             &["arm_bus", "--controller", "finger"],
-            "arm_bus has no controller finger; its controllers: coordinator, ",
+            "arm_bus has no controller finger: select one with --controller: coordinator, ",
         ),
-        (&["joint", "--side", "slave"], "--side and --dof apply to schemes only; a rig defines"),
+        (
+            &["joint", "--side", "slave"],
+            "--side and --dof apply to schemes only: omit them, because a rig defines",
+        ),
         (&["builtin:bilateral", "--controller", "joint"], "--controller applies to rigs only"),
     ] {
         let output = dimsart(&[&["scheme"], arguments].concat());
@@ -412,7 +415,7 @@ fn positions_beyond_what_an_f32_has_fine_steps_for_are_noted() {
         assert!(output.status.success());
         String::from_utf8(output.stdout).unwrap()
     };
-    let note = "note: position resolution (f32) is 6.2e-2 m at position_limit 1000000 m; it is 0.0001 m or \
+    let note = "note: position resolution (f32) is only 6.2e-2 m at position_limit 1000000 m, but 0.0001 m or \
     finer within ±1024 m";
     assert_eq!(far("1e6").matches(note).count(), 1);
     assert!(!far("1000.0").contains("resolution"));

@@ -63,8 +63,8 @@ fn a_rig_is_checked_for_the_axes_links_and_memory_of_a_board() {
     let (status, [out, _]) = check(Path::new("arm_bus"), &["--board", "nucleo-g474re"]);
     assert_eq!(status, Some(1));
     for fault in [
-        "the scheme needs 6 axes, nucleo-g474re has 3",
-        "the scheme uses link 2, nucleo-g474re has links 0 to 1",
+        "the scheme needs 6 axes, nucleo-g474re has 3: reduce the number of axes",
+        "the scheme uses link 2, nucleo-g474re has links 0 to 1: use an available link",
     ] {
         assert!(out.contains(&format!("  fault: {fault}\n")), "{out}");
     }
@@ -138,7 +138,7 @@ fn a_rig_is_checked_for_the_axes_of_a_board_that_has_fewer_and_that_is_said() {
     fs::write(&path, "").unwrap();
     let (status, [out, message]) = check(&path, &["--board", "b-g431b-esc1"]);
     assert_eq!(status, Some(0), "{out}{message}");
-    let note = "  note: checked for the 1 axis of b-g431b-esc1; the rig has 3\n";
+    let note = "  note: checked for the 1 axis of b-g431b-esc1; the rig has 3 axes\n";
     assert_eq!(out.matches(note).count(), 2, "{out}");
     for more in [&["--board", "nucleo-g474re"][..], &["--board", "b-g431b-esc1", "--dof", "1"]] {
         let (status, [out, _]) = check(&path, more);

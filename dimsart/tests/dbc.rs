@@ -222,7 +222,7 @@ fn a_rigs_controllers_give_a_dbc_together_or_one_alone() {
         (
             &["arm_bus", "--controller", "finger"][..],
             2,
-            "arm_bus has no controller finger; its controllers: coordinator, ",
+            "arm_bus has no controller finger: select one with --controller: coordinator, ",
         ),
         (&["arm_bus", "--dof", "1"], 2, "a rig defines"),
         (&["builtin:bilateral", "--controller", "joint"], 2, "--controller applies to rigs only"),

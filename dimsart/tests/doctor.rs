@@ -42,8 +42,8 @@ fn what_is_missing_is_named_with_the_next_step() {
             "emulator",
             "qemu-system-arm not found: install QEMU 7.2 or later (Debian: apt-get install qemu-system-arm)",
         ),
-        ("probe-rs", "not installed: cargo install probe-rs-tools --locked"),
-        ("probe", "needs probe-rs: cargo install probe-rs-tools --locked"),
+        ("probe-rs", "not installed: run `cargo install probe-rs-tools --locked`"),
+        ("probe", "needs probe-rs: run `cargo install probe-rs-tools --locked`"),
     ] {
         assert_eq!(programs.doctor(what), (Some(1), format!("missing  {what}: {step}")));
     }

@@ -19,10 +19,10 @@ use hil_sim::rig_file::{BusSection, CanSection, RigFile};
 
 /// Check whether a robot's joints fit on one CAN bus.
 ///
-/// A central controller sends a packet to each joint every period, and each joint replies with one; the rig's scheme defines their
-/// size for one axis. The worst case is computed (Davis and others, 2007), and one second is simulated bit by bit, with the bit
-/// rates, errors and queues of the rig's bus. If the joints do not fit, the output lists what to change. Exit status: 0 they fit,
-/// 1 they do not.
+/// A central controller sends a packet to each joint every period, and each joint replies with a packet; the rig's scheme
+/// defines the packet sizes for one axis. The command computes the worst-case response times (Davis and others, 2007) and
+/// simulates one second bit by bit, with the bit rates, errors and queues of the rig's bus. If the joints do not fit, the
+/// output lists what to change. Exit status: 0 the joints fit, 1 the joints do not fit.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Bus {
@@ -37,10 +37,10 @@ pub(super) struct Bus {
     /// Packets per second to and from each joint (default: rate of the rig's link).
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate_hz: Option<f64>,
-    /// Frame format (default: of the rig's bus, else `can_fd`).
+    /// CAN frame format (default: format of the rig's bus, else `can_fd`).
     #[arg(long, value_name = "KIND")]
     carrier: Option<Frames>,
-    /// Words per packet (default: words of the scheme for one axis).
+    /// Words per packet (default: packet size of the rig's scheme for one axis).
     #[arg(long, value_name = "COUNT")]
     words: Option<usize>,
     /// Folder of the picture.
@@ -82,11 +82,11 @@ struct Answer<'a> {
 
 fn rate(text: &str) -> Result<f64, String> {
     let rate_hz: f64 =
-        text.parse().map_err(|_| "not a number; give a number of packets per second".to_owned())?;
+        text.parse().map_err(|_| "not a number: give packets per second, such as 1000".to_owned())?;
     if (1.0..=100_000.0).contains(&rate_hz) {
         Ok(rate_hz)
     } else {
-        Err("out of range; give a number from 1 to 100000".to_owned())
+        Err("out of range: give 1 to 100000 packets per second".to_owned())
     }
 }
 
@@ -158,8 +158,8 @@ fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::
     let BusPlan { joints, rate_hz, words_to_joint, words_from_joint, .. } = plan;
     writeln!(
         out,
-        "{joints} joints at {rate_hz} Hz on {bus}, packets of {words_to_joint} words to a joint and {words_from_joint} \
-         from it: {verdict}"
+        "{joints} joints at {rate_hz} Hz on {bus}, packets of {words_to_joint} words to each joint and \
+         {words_from_joint} words from each joint: {verdict}"
     )?;
     let milliseconds =
         |time_s: Option<f64>| time_s.map_or("never".to_owned(), |time_s| format!("{:.3}", 1e3 * time_s));
@@ -178,7 +178,7 @@ fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::
     writeln!(out, "{table}")?;
     writeln!(
         out,
-        "bus load {:.1} % max, {:.1} % simulated; deadline of a packet {:.3} ms; {} error frames, {} packets dropped",
+        "bus load: {:.1} % worst case, {:.1} % simulated; packet deadline: {:.3} ms; {} error frames, {} packets dropped",
         100.0 * figures.worst_load,
         100.0 * figures.simulated_load,
         1e3 * figures.period_s,

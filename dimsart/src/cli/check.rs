@@ -26,10 +26,10 @@ use hil_sim::schemes::{self, Loaded, SIDES, SchemeText, device};
 
 /// Check a scheme against a device, or the schemes of a rig.
 ///
-/// Reports every fault at once: a type without a provider or with two, a port bound to a type of another unit, an unknown
-/// word, a module that does not fit. A type that is read before it is written in the tick is reported as a delay. A note warns
-/// of packets that the wrong controller would receive. With --board, also checks the axes, links and memory of that board, and
-/// bounds the time of a tick by the stamp of its image. Exit status: 0 no fault, 1 faults.
+/// Reports every fault at once: a type without a provider or with two providers, a port bound to a type with a different
+/// unit, an unknown word, a module that does not fit. A type that is read before it is written in the tick is reported as a
+/// delay. A note warns of packets that the wrong controller would receive. With --board, also checks the axes, links and
+/// memory of that board, and bounds the tick time from the stamp of the board's image. Exit status: 0 no fault, 1 faults.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Check {
@@ -41,16 +41,16 @@ pub(super) struct Check {
     /// Check only the rows for this side of a scheme, or this controller of a rig.
     #[arg(long, value_parser = super::side::side())]
     side: Option<&'static str>,
-    /// Degrees of freedom of the device, 1 to 8 (default: the board's, else 3).
+    /// Degrees of freedom of the device, 1 to 8 (default: number of the board's axes, else 3).
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
     /// Sample period of the device, s (default: 0.001, or the rig's).
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     sample_period_s: Option<f64>,
-    /// Also check axes, links, memory and time of a board, such as `nucleo-g474re`.
+    /// Also check the axes, links, memory and tick time of a board, such as `nucleo-g474re`.
     #[arg(long, value_name = "BOARD")]
     board: Option<String>,
-    /// Stamped image of that board (ELF; default: the image built last).
+    /// Stamped image of the board given with --board (ELF; default: the image built last).
     #[arg(long, value_name = "FILE", requires = "board")]
     image: Option<PathBuf>,
     /// Print a JSON list with an entry for each controller.
@@ -85,11 +85,11 @@ struct Verdict {
 const EXAMPLES: &str = "\
 Examples:
   dimsart check builtin:table1               the paper's Table 1: the slave lacks a provider of a type
-  dimsart check my.scheme --side slave       the rows for one side
-  dimsart check my.scheme --dof 7            for a robot with seven joints
-  dimsart check arm_bus                      all controllers of a rig
+  dimsart check my.scheme --side slave       check the rows for one side
+  dimsart check my.scheme --dof 7            check for a robot with seven joints
+  dimsart check arm_bus                      check all controllers of a rig
   dimsart check my.scheme --board nucleo-g474re
-                                             memory and tick time on that board
+                                             also check memory and tick time on a board
 
 A scheme is a text with rows `dest module command value`; the built-in schemes are in the folder schemes/.";
 
@@ -156,7 +156,7 @@ impl Check {
             let mut verdict = check(&scheme, side, device(side, dof, period_s)?, kinds, target)?;
             verdict.notes.extend(rig.filter(|_| !verdict.matches).map(|rig| {
                 format!(
-                    "the scheme belongs to the rig {rig}: run `dimsart check {rig}` to check it on its devices"
+                    "the scheme belongs to the rig {rig}: run `dimsart check {rig}` to check the scheme on the rig's devices"
                 )
             }));
             Ok(verdict)
@@ -183,7 +183,8 @@ impl Check {
         let file = rig_argument::read(Some(path), &[], kinds)?;
         let has_dof = file.parameter(DOF_PARAMETER).is_some();
         if (self.side.is_some() || self.dof.is_some() || self.sample_period_s.is_some()) && !has_dof {
-            let reason = "--side, --dof and --sample-period-s apply to schemes only; a rig defines its controllers, axes and period";
+            let reason = "--side, --dof and --sample-period-s apply to schemes only: omit them, because a rig defines its \
+                          controllers, axes and period";
             return Err(UsageError(reason.to_owned()).into());
         }
         let axes = file.devices.iter().map(|device| device.axes.len()).max().unwrap_or_default();
@@ -198,7 +199,7 @@ impl Check {
         let mut file = rig_argument::read(Some(path), &sets, kinds)?;
         let note = board.map(|Target { name, board, .. }| {
             let of_board = if board.axes == 1 { "axis" } else { "axes" };
-            format!("checked for the {} {of_board} of {name}; the rig has {axes}", board.axes)
+            format!("checked for the {} {of_board} of {name}; the rig has {axes} axes", board.axes)
         });
         let judge = |mut controller: LoadedController| {
             let LoadedController { name, dimsart, loaded, .. } = &mut controller;
@@ -285,9 +286,10 @@ fn verdict(
     let Usage { modules, slots, words, .. } = dimsart.engine().usage();
     let mut faults: Vec<String> = loaded.problems().collect();
     if let Some(most) = max_words.filter(|most| words > *most) {
-        let place = target.map_or("a board of the usual size", |target| &target.name);
+        let place = target.map_or("a board of the default size", |target| &target.name);
         faults.push(format!(
-            "the Data Base needs {words} words, {place} has {most}: shorten a delay, record fewer rows or remove a module"
+            "the scheme needs {words} words of the Data Base, {place} has {most}: shorten a delay, record fewer rows or \
+             remove a module"
         ));
     }
     faults.extend(target.into_iter().flat_map(|target| target.faults(dimsart)));
@@ -313,11 +315,11 @@ fn line_note(dimsart: &mut Dimsart, link: usize) -> Option<String> {
     let hears_itself = first_packet(dimsart, link).is_some_and(|next| next.echo == own.counter);
     let what = match (hears_itself, own.channel) {
         (true, 0) => {
-            "mistakes its own packets for its peer's if the line echoes them, and any controller's on a CAN bus"
+            "accepts its own packets as the peer's on a line with echo, and packets of every controller on a CAN bus"
         }
-        (true, _) => "mistakes its own packets for its peer's if the line echoes them",
+        (true, _) => "accepts its own packets as the peer's on a line with echo",
         (false, 0) => {
-            "sends on channel 0, which every controller on a CAN bus receives that listens to channel 0"
+            "sends on channel 0, and on a CAN bus every controller that listens to channel 0 receives the packets"
         }
         (false, _) => return None,
     };
@@ -339,7 +341,7 @@ fn range_note(device: &DeviceSection) -> Option<String> {
     let step = limit.next_up() - limit;
     (limit > fine_range).then(|| {
         format!(
-            "position resolution (f32) is {step:.1e} {unit} at position_limit {limit} {unit}; it is {fine_step} {unit} or \
+            "position resolution (f32) is only {step:.1e} {unit} at position_limit {limit} {unit}, but {fine_step} {unit} or \
              finer within ±{fine_range} {unit}"
         )
     })

@@ -24,9 +24,9 @@ use crate::report;
 
 /// Check a board over its line and write a report in Markdown and JSON.
 ///
-/// Runs the checks of `dimsart doctor --board`; watches ticks for 10 s; saves the board's scheme, tries and confirms it
-/// over two restarts (--restart); and with --locked-rotor applies a torque step. `cargo xtask silicon BOARD` flashes the
-/// board first, then runs this command. Exit status: 0 all checks passed, 1 a check failed.
+/// Runs the checks of `dimsart doctor --board` and watches ticks for 10 s. With --restart or --emulated, saves the board's
+/// scheme on trial and confirms the scheme over two restarts. With --locked-rotor, applies a torque step. `cargo xtask
+/// silicon BOARD` flashes the board first, then runs this command. Exit status: 0 all checks passed, 1 a check failed.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Commission {
@@ -35,22 +35,23 @@ pub(super) struct Commission {
     /// Port of the board: a serial port such as /dev/ttyACM0, or a socket.
     #[arg(long, required_unless_present = "emulated", conflicts_with = "emulated")]
     port: Option<String>,
-    /// Check an emulated chip with this image (ELF).
+    /// Check an emulated chip with this image (ELF) instead of a board.
     ///
     /// Default: the image built by `cargo board BOARD`.
     #[arg(long, value_name = "ELF", num_args = 0..=1)]
     emulated: Option<Option<PathBuf>>,
-    /// Command that restarts the board; without it, saving is not checked.
+    /// Command that restarts the board; without this option, saving a scheme is not checked.
     ///
     /// For example `probe-rs reset --chip STM32G474RETx`.
     #[arg(long, value_name = "COMMAND", conflicts_with = "emulated")]
     restart: Option<String>,
-    /// Time to watch ticks, s.
+    /// Duration of the check of ticks, s.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
     seconds: f64,
     /// MOVES THE MOTOR: apply a torque step to a locked rotor, after confirmation.
     ///
-    /// The step lasts less than a second. The command asks on the terminal before the alignment and before the step.
+    /// The step lasts less than a second. The command asks for confirmation on the terminal before the alignment and before
+    /// the step.
     #[arg(long, conflicts_with = "emulated")]
     locked_rotor: bool,
     /// Torque of the step, N m (default: 20 % of the motor's maximum).
@@ -59,7 +60,7 @@ pub(super) struct Commission {
     /// Torque constant of the motor, N m/A (default: from the catalogue).
     #[arg(long, value_name = "NM_PER_A", requires = "locked_rotor")]
     torque_constant: Option<f64>,
-    /// Facts and checks to put first, as JSON, from `cargo xtask silicon`.
+    /// JSON file of `cargo xtask silicon`: facts and checks for the start of the report.
     #[arg(long, value_name = "FILE")]
     with: Option<PathBuf>,
     /// Folder of the report (default: runs/silicon/BOARD).
@@ -103,7 +104,7 @@ impl Commission {
                 false,
                 error.to_string(),
                 "all checks complete",
-                "correct the error above; `dimsart doctor --board PORT` repeats the first checks",
+                "correct this error; `dimsart doctor --board PORT` repeats the first checks",
             )]);
         }
         for check in &report.checks {
@@ -120,10 +121,10 @@ impl Commission {
         kinds: ModuleKinds,
         report: &mut Report,
     ) -> Result<(), Box<dyn Error>> {
-        let board =
-            Board::named(&self.board).ok_or_else(|| format!("{} has no emulated chip", self.board))?;
+        let board = Board::named(&self.board)
+            .ok_or_else(|| format!("board {} has no emulated chip: use --port", self.board))?;
         let firmware = Firmware::find(image, Some(board.name))?;
-        report.facts.push(("image's file".to_owned(), firmware.path.display().to_string()));
+        report.facts.push(("image file".to_owned(), firmware.path.display().to_string()));
         let mut emulated = SharedBoard::new(Bench::new(board, firmware.image)?);
         let mut device = connect::Device::greet(emulated.line(), Timeouts::default(), kinds)?;
         let checked = self.check(&mut device, &mut emulated, report);
@@ -175,7 +176,7 @@ impl Commission {
         let largest_nm = constant * f64::from(drive.configuration.limits.current_a);
         let torque_nm = self.torque_nm.unwrap_or(0.2 * largest_nm);
         if !(torque_nm > 0.0 && torque_nm <= largest_nm) {
-            return Err(UsageError(format!("--torque-nm must be above 0 and at most {largest_nm}")));
+            return Err(UsageError(format!("--torque-nm must be above 0 and at most {largest_nm} N m")));
         }
         Ok(Some(LockedRotor { torque_nm, torque_constant_nm_per_a: constant }))
     }
@@ -189,7 +190,7 @@ fn rules(emulated: &SharedBoard) -> Check {
     let faults =
         bench.processor.faults().iter().map(|fault| format!("fault at {}: {}", fault.place, fault.why));
     let found: Vec<String> = bench.violations().into_iter().chain(faults).collect();
-    let next = "look up the rule in docs/emulated-chip.md and the address in the image";
+    let next = "look up the violated rule in docs/emulated-chip.md and the fault's address in the image";
     let is_well = found.is_empty();
     let found = if is_well { "no violation".to_owned() } else { found.join("; ") };
     Check::new("rules of the chip", is_well, found, "no violation, no fault", next)
@@ -224,14 +225,14 @@ fn turn_if_allowed(
     around: &impl Surroundings,
     out: &mut impl Write,
 ) -> Result<Option<(Check, Step)>, Box<dyn Error>> {
-    let free = "The rotor turns up to 1.25 electrical turns and back within 9 s. It must be FREE and unloaded; keep a hand at \
-                the supply switch.";
+    let free = "The rotor turns up to 1.25 electrical turns and back within 9 s. The rotor must be FREE and unloaded. Keep a hand \
+                at the supply switch.";
     if !is_allowed(free, out)? {
         return Ok(None);
     }
     LockedRotor::align(device, around)?;
     let hold = format!(
-        "CLAMP the rotor now, do not hold it by hand: a torque of {} N m follows for less than 1 s.",
+        "CLAMP the rotor now, do not hold the rotor by hand: the motor applies {} N m for less than 1 s.",
         step.torque_nm
     );
     if !is_allowed(&hold, out)? {
@@ -245,7 +246,7 @@ fn is_allowed(question: &str, out: &mut impl Write) -> io::Result<bool> {
     if !io::stdin().is_terminal() {
         return Ok(false);
     }
-    write!(out, "{question}\nType yes: ")?;
+    write!(out, "{question}\nType yes to continue: ")?;
     out.flush()?;
     let mut answer = String::new();
     io::stdin().read_line(&mut answer)?;

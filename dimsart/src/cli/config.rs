@@ -24,9 +24,9 @@ use source::{Source, side_of};
 /// Save, compare and apply a controller's configuration as text.
 ///
 /// A configuration is a scheme: rows `dest module command value`, which `check` and `connect PORT scheme` accept too. The
-/// same configuration always gives the same bytes. Rows for unknown modules, parameters, values or types (of a newer
-/// version, say) are shown with line and column. A controller with a newer protocol can be read, not changed; only `stop`
-/// is sent.
+/// same configuration is always saved as the same bytes. Rows with unknown modules, parameters, values or types, for
+/// example from a newer version, are listed with line and column. A controller with a newer protocol can be read and
+/// stopped, but not changed.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Config {
@@ -39,7 +39,7 @@ pub(super) struct Config {
 const EXAMPLES: &str = "\
 Examples:
   dimsart config save /dev/ttyACM0 arm.scheme              save the whole configuration to a file
-  dimsart config diff /dev/ttyACM0                         list what differs from the defaults
+  dimsart config diff /dev/ttyACM0                         list the differences from the defaults
   dimsart config diff arm.scheme /dev/ttyACM0 --exit-code  exit status 3 if the board differs from the file
   dimsart config apply arm.scheme /dev/ttyACM0 --dry-run   show and check the changes, change nothing
   dimsart config apply arm.scheme /dev/ttyACM0             apply the file as one transaction";
@@ -48,7 +48,7 @@ Examples:
 enum Action {
     /// Print a controller's configuration, or write it to a file.
     ///
-    /// Commands of a newer version are omitted; a comment in the text counts them.
+    /// Commands of a newer version are omitted; a comment in the text states the number of omitted commands.
     Save {
         /// Port of the controller, such as `/dev/ttyACM0` or `sim:joint`.
         port: String,
@@ -57,14 +57,14 @@ enum Action {
     },
     /// Compare a configuration with the defaults, or with another configuration.
     ///
-    /// Of two configurations, lists what is added, removed, changed, moved or bound to another signal. Rows that this program
-    /// does not know, such as a module of a newer image, are printed as they are.
+    /// For two configurations, lists added, removed, changed and moved modules and parameters, and ports bound to another
+    /// signal. Unknown rows, such as a module of a newer image, are printed unchanged.
     Diff {
         /// Port, scheme file, or built-in scheme such as `builtin:joint`.
         from: String,
         /// Second configuration: port, scheme file or built-in scheme.
         to: Option<String>,
-        /// Use the rows of files for this side, and the rows for all.
+        /// Use the rows of scheme files for this side and for `all`.
         #[arg(long, value_parser = super::side::side())]
         side: Option<&'static str>,
         /// Exit with status 3 if there is a difference.
@@ -76,19 +76,19 @@ enum Action {
     },
     /// Replace a controller's configuration in one transaction.
     ///
-    /// Applied atomically, between two ticks. Modules that are in both configurations keep their state. If the device does not
-    /// know a row, nothing changes, unless --skip-unknown is given.
+    /// The configuration is applied atomically, between two ticks. Modules that are in both configurations keep their
+    /// state. If the device does not know a row, nothing changes, unless --skip-unknown is given.
     Apply {
         /// Scheme file, or built-in scheme such as `builtin:joint`.
         file: String,
         /// Port of the controller.
         port: String,
-        /// Use the rows for this side, and the rows for all.
+        /// Use the rows of the scheme for this side and for `all`.
         #[arg(long, value_parser = super::side::side())]
         side: Option<&'static str>,
         /// Have the device check the configuration, CHANGE NOTHING.
         ///
-        /// The device checks the limit of the tick time only at the commit.
+        /// The device checks the limit of the tick time only at the commit, not in a dry run.
         #[arg(long)]
         dry_run: bool,
         /// Skip rows that the device does not know, and list them.
@@ -160,8 +160,8 @@ fn save(device: &mut Device, port: &str, file: Option<PathBuf>, out: &mut impl W
     let (text, unknown) = device.configuration_text()?;
     if unknown > 0 {
         eprintln!(
-            "dimsart: warning: skipped {unknown} commands of {port} that this version does not know; save with the \
-             `dimsart` of the image's version to get all"
+            "dimsart: warning: skipped {unknown} commands of {port} that this version does not know: to save all commands, \
+             use the `dimsart` version of the image"
         );
     }
     match file {
@@ -169,7 +169,7 @@ fn save(device: &mut Device, port: &str, file: Option<PathBuf>, out: &mut impl W
         Some(file) => {
             std::fs::write(&file, text)
                 .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
-            writeln!(out, "{}: configuration of {port}", file.display())?;
+            writeln!(out, "{}: saved the configuration of {port}", file.display())?;
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -213,7 +213,7 @@ fn apply(
     say(json, out, |out| print_difference(out, [port, name], &difference))?;
     if !to.unknown.is_empty() && !exchange.skips_unknown {
         return Err(format!(
-            "{port} does not know {} rows of {name}: nothing changed; correct them or give --skip-unknown",
+            "{port} does not know {} rows of {name}, nothing changed: correct these rows or add --skip-unknown",
             to.unknown.len()
         )
         .into());

@@ -21,10 +21,11 @@ use hil_sim::schemes::SchemeText;
 
 /// Inspect, tune and change a controller while it runs.
 ///
-/// Each command prints its result, whether the scheme commands the device now and, if not, why. A device moves only while a
-/// client holds its lease (`arm`); meanwhile other clients may read, and `stop`. Up to 64 programs of one user can share a
-/// port: the first one passes on the requests of the others, and another one takes over when it ends. They may use different
-/// names of the port, such as a link in /dev/serial/by-id. Names, ranges, choices and units come from the device.
+/// Each command prints its result and whether the scheme commands the device now; if not, also the reason. A device moves
+/// only while a client holds its lease (`arm`); meanwhile other clients can only read and `stop`. Up to 64 programs of one
+/// user can share a port: the first program forwards the requests of the others; when it ends, another program takes over.
+/// The programs may use different names of the port, such as a link in /dev/serial/by-id. Names, ranges, choices and units
+/// come from the device.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Connect {
@@ -43,61 +44,63 @@ pub(super) struct Connect {
 const EXAMPLES: &str = "\
 Examples:
   dimsart connect /dev/ttyACM0                                    show identity, state, modules and signals
-  dimsart connect sim:joint                                       the same for a controller of `dimsart serve joint`
+  dimsart connect sim:joint                                       show a controller of `dimsart serve joint`
   dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      set a gain of axis 0
   dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      send a scheme, applied atomically
   dimsart connect /dev/ttyACM0 scheme > its.scheme                save the running scheme as rows
-  dimsart connect /dev/ttyACM0 begin                              then `off`, `on`, `set` and `commit`: one change
+  dimsart connect /dev/ttyACM0 begin                              open a transaction: `off`, `on` and `set` apply at `commit`
   dimsart connect /dev/ttyACM0 law upload spring.law              upload a control law, without a restart
   dimsart connect /dev/ttyACM0 arm                                enable motion until Ctrl-C
-  dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
+  dimsart connect /dev/ttyACM0 save                               save on trial; then restart the device and `confirm`
   dimsart connect /dev/ttyACM0 key set robot.key                  lock a board: later calls need --key-file robot.key
-  dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
+  dimsart connect tcp:localhost:4000 watch POSITION FORCE         show live values of an emulated board
   dimsart connect tcp:localhost:4000 recorder --out rows.csv      read the rows of a recorder
   dimsart connect /dev/ttyACM0 capture FORCE --above 5            record every tick around an edge
-  dimsart connect tcp:localhost:4000 faults --json                faults, for programs
-  dimsart connect /dev/ttyACM0 events                             event log, also from before the last restart
+  dimsart connect tcp:localhost:4000 faults --json                print faults for programs
+  dimsart connect /dev/ttyACM0 events                             print the event log, also from before the last restart
 
 Exit status: 0 success, 1 refused, faults found or no answer, 2 wrong usage.";
 
 const TRANSACTION: &str = "\
-Example, another controller for an actuator:
+Example: replace the controller of an actuator:
   dimsart connect PORT begin
   dimsart connect PORT off PDCTRL_MOD
   dimsart connect PORT set PIDCTRL_MOD K_PARAM 3000
   dimsart connect PORT on PIDCTRL_MOD --before TIMEDELAY_MOD
   dimsart connect PORT commit
 
-Until `commit` the running scheme continues unchanged. `show`, `get` and `check` report the pending scheme; `stop` and `reset`
-act on the running one. `save` is refused. The transaction belongs to the board: any client that may change the scheme can
-commit or abort it.
+Until `commit` the running scheme continues unchanged. `show`, `get` and `check` report the pending scheme; `stop` and
+`reset` act on the running scheme. `save` is refused. The transaction belongs to the board: any client that may change the
+scheme can commit or abort it.
 
-`commit` checks the whole scheme: providers of all types, units, order, links, memory and time. If it is refused, all faults are
-listed, nothing changes, and the transaction stays open for corrections; `abort` drops it. It needs memory for both schemes.
+`commit` checks the whole scheme: providers of all types, units, order, links, memory and time. If `commit` is refused, all
+faults are listed, nothing changes, and the transaction stays open for corrections; `abort` drops the transaction. `commit`
+needs memory for both schemes.
 
 A module that is in both schemes keeps its state, also at a new position and with new parameters. It restarts if its ports,
-memory or link change. A new module takes over smoothly where it can: PIDCTRL_MOD starts with the integral, and PDCTRL_MOD with
-the force, that continue the last command. A law without memory, such as a table or a sum, commands its output at once. For a
-ramp, plug in LIMIT_MOD after it, with RATE, in the same transaction. The safety stage always limits the rate of the device's
-inputs.
+memory or link change. A new module avoids a step of the command if possible: PIDCTRL_MOD starts with the integral, and
+PDCTRL_MOD with the force, that continue the last command. A law without memory, such as a table or a sum, applies its
+output at once. To ramp the output, plug in LIMIT_MOD with RATE after the law, in the same transaction. The safety stage
+always limits the rate of the device's inputs.
 
-In a scheme file the rows are `MOD_ENG BEGIN`, `COMMIT` and `ABORT`. `MATCHING_CHECK` between them starts the scheme at the
-commit, if none runs. A file that `scheme FILE` sends has none of these rows: it is already one transaction.";
+The corresponding rows of a scheme file are `MOD_ENG BEGIN`, `COMMIT` and `ABORT`. If no scheme runs, `MATCHING_CHECK`
+between these rows starts the scheme at the commit. Omit all these rows from a file for `scheme FILE`, which sends the file
+as one transaction.";
 
 const RECORDER: &str = "\
-Column `row` counts from 0. Every other column has the name of the signal, the index and the unit: `POSITION[0] (m)` of axis 0,
-`INERTIA[0][1]` of row 0 and column 1. A switch is 0 or 1. The number of rows is printed on standard error. Rows that are
-overwritten while they are read are skipped and counted. The row counter wraps after 2^32 rows. `dimsart run` writes the rows of
-every recorder of a simulated controller as recorder_CONTROLLER_RECORDER_MOD.csv, not of one on an emulated board.";
+Column `row` counts from 0. Every other column is named by signal, index and unit: `POSITION[0] (m)` for axis 0,
+`INERTIA[0][1]` for row 0 and column 1. A switch is 0 or 1. The number of rows is printed on standard error. Rows that are
+overwritten while they are read are skipped and counted. The row counter wraps after 2^32 rows. `dimsart run` writes the
+rows of every recorder of a simulated controller as recorder_CONTROLLER_RECORDER_MOD.csv, except on an emulated board.";
 
 const CAPTURE: &str = "\
 Example:
   dimsart connect /dev/ttyACM0 capture FORCE --above 5 --before 200 --after 50 --out hit.csv
 
-A recorder on the device checks for the edge in every tick; the rows are read afterwards, and the recorder is removed. A signal
-that is already above the level does not trigger. Start `capture` before `arm`: while another client holds the lease the scheme
-cannot change, so that the recorder stays plugged in (a note reports it). To do the same by hand, plug in RECORDER_MOD with
-TRIGGER, LEVEL, WORD and AFTER; `reset RECORDER_MOD` rearms it.";
+A recorder on the device checks for the edge in every tick. `capture` then reads the rows and removes the recorder. A signal
+that is already above the level does not trigger. Start `capture` before `arm`: while another client holds the lease, the
+scheme cannot change. The recorder then stays plugged in, and a note reports this. To capture by hand, plug in RECORDER_MOD
+with TRIGGER, LEVEL, WORD and AFTER; `reset RECORDER_MOD` rearms the trigger.";
 
 #[derive(Debug, Subcommand)]
 enum Action {
@@ -120,11 +123,11 @@ enum Action {
         #[arg(allow_negative_numbers = true)]
         value: String,
     },
-    /// Plug a module in, after all others.
+    /// Plug in a module after all other modules.
     On {
         /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
         module: String,
-        /// Insert it before this module instead.
+        /// Insert the module before this module instead.
         #[arg(long, value_name = "MODULE")]
         before: Option<String>,
     },
@@ -158,7 +161,7 @@ enum Action {
     Commit,
     /// Drop all changes of the transaction.
     Abort,
-    /// Check the scheme and START IT if it matches; exit status 1 if not.
+    /// Check the scheme and START IT if it matches; exit status 1 if it does not match.
     Check,
     /// ENABLE MOTION until Ctrl-C: take and renew the lease.
     ///
@@ -166,9 +169,9 @@ enum Action {
     Arm,
     /// Stop the scheme and release the lease: outputs at their safe value.
     ///
-    /// Allowed for every client at any time; sent before all other requests. Motion then needs `arm` again.
+    /// Every client may stop at any time; `stop` is sent before all other requests. Afterwards, motion needs `arm` again.
     Stop,
-    /// List faults of the scheme and of its ticks; exit status 1 if any.
+    /// List faults of the scheme and of its ticks; exit status 1 if there are faults.
     Faults,
     /// Print the event log with ticks, also from before the last restart.
     Events,
@@ -179,7 +182,7 @@ enum Action {
         /// Scheme file, or built-in scheme such as `builtin:bilateral`.
         #[arg(requires = "side")]
         file: Option<String>,
-        /// Side whose rows to send, or for which to print rows (default: `all`).
+        /// Side of the rows to send or to print (default for printing: `all`).
         #[arg(long, value_parser = super::side::side())]
         side: Option<&'static str>,
         /// Replace the device's scheme instead of adding to it.
@@ -203,7 +206,7 @@ enum Action {
     /// Print the rows of a recorder as CSV, oldest first, without stopping the recorder.
     #[command(after_long_help = RECORDER)]
     Recorder {
-        /// Recorder, such as `RECORDER_MOD.2` (default: the only one).
+        /// Recorder, such as `RECORDER_MOD.2` (default: the only recorder).
         recorder: Option<String>,
         /// Write the rows to this file.
         #[arg(long, value_name = "FILE")]
@@ -214,12 +217,12 @@ enum Action {
     Capture(capture::CaptureArguments),
     /// Show signals live, until Ctrl-C.
     Watch {
-        /// Signals, such as `POSITION` (default: all of the Data Base).
+        /// Signals, such as `POSITION` (default: all signals of the Data Base).
         signals: Vec<String>,
         /// Print the values once and exit.
         #[arg(long)]
         once: bool,
-        /// ENABLE MOTION meanwhile, as `arm` does.
+        /// ENABLE MOTION while watching, as `arm` does.
         #[arg(long, conflicts_with = "once")]
         arm: bool,
         /// Interval between updates, s.
@@ -236,11 +239,11 @@ enum LawAction {
     Upload {
         /// Law file, as for `dimsart law check FILE`.
         file: PathBuf,
-        /// Number of the law on the device (default: the first free one).
+        /// Number of the law on the device (default: the first free number).
         #[arg(long)]
         number: Option<u8>,
     },
-    /// List the laws on the device, with the names of their parameters there.
+    /// List the laws on the device, with their parameter names on the device.
     List,
     /// Remove a law that no module uses.
     Remove {
@@ -253,12 +256,12 @@ enum LawAction {
 enum KeyAction {
     /// Lock the board: from now on, changes and motion need --key-file FILE.
     ///
-    /// The board's links are authenticated with the key, too. If the key is lost, the board's flash must be erased.
+    /// The key also authenticates the board's links. If the key is lost, erase the board's flash.
     Set {
-        /// File of 32 hexadecimal digits: `(umask 077; openssl rand -hex 16 > FILE)`.
+        /// Key file with 32 hexadecimal digits: `(umask 077; openssl rand -hex 16 > FILE)`.
         file: PathBuf,
     },
-    /// Remove the key: the board is open and does not authenticate.
+    /// Remove the key: every client may change the board, and links are not authenticated.
     Clear,
 }
 
@@ -310,7 +313,8 @@ impl Action {
                 json.print(out, &SchemeRows { rows })?;
             }
             Self::Scheme { file: Some(file), side, replace } => {
-                let side = side.ok_or("give --side: it selects the rows of the file to send")?;
+                let side = side
+                    .ok_or("--side is missing: add --side to select the rows of the scheme file to send")?;
                 let scheme = SchemeText::read(&file)?;
                 let sent = match replace {
                     true => device.replace_scheme(&scheme, side)?,

@@ -41,7 +41,10 @@ pub(super) fn controllers(
     if let Some(wanted) = wanted.filter(|wanted| file.controllers.iter().all(|found| found.name() != *wanted))
     {
         let names = names(file);
-        return Err(UsageError(format!("{rig} has no controller {wanted}; its controllers: {names}")).into());
+        return Err(UsageError(format!(
+            "{rig} has no controller {wanted}: select one with --controller: {names}"
+        ))
+        .into());
     }
     let mut found = loaded_controllers(file)?;
     found.retain(|controller| wanted.is_none_or(|wanted| controller.name == wanted));
@@ -72,7 +75,7 @@ pub(super) fn one_controller(
         .into());
     }
     let found = controllers(file, rig, wanted)?.into_iter().next();
-    let found = found.ok_or_else(|| format!("{rig} has no controller"))?;
+    let found = found.ok_or_else(|| format!("rig {rig} has no controller: add one to the rig file"))?;
     let section = file.controllers.iter().find(|section| section.name() == found.name);
     let side = section.filter(|_| !is_one).map_or(ALL_DESTINATIONS, |section| section.side()).to_owned();
     Ok((found, side))
@@ -80,7 +83,9 @@ pub(super) fn one_controller(
 
 /// Error for an argument that applies to schemes only.
 pub(super) fn rig_says_itself(arguments: &str) -> UsageError {
-    UsageError(format!("{arguments} apply to schemes only; a rig defines its controllers and axes"))
+    UsageError(format!(
+        "{arguments} apply to schemes only: omit them, because a rig defines its controllers and axes"
+    ))
 }
 
 /// Error for `--controller` with a scheme.

@@ -20,7 +20,7 @@ use super::output::{say, text_table};
 use crate::cycles::{Figures, Firmware, Memory, Row, Setup, UNIT, measure};
 use crate::{report, rig_argument};
 
-/// Measure and bound the cycles and stack of a scheme on a board.
+/// Measure the cycles and stack of a scheme on a board, and compute their bounds.
 ///
 /// Runs the functions of the board's image in an emulated Cortex-M4F with every input of a simulated run; the outputs must
 /// equal the simulation bit by bit. Cycles come from a model based on Arm's tables, not from silicon. With --attach,
@@ -34,33 +34,33 @@ pub(super) struct Cycles {
     /// Board of the image.
     #[arg(long, value_name = "BOARD")]
     board: Option<String>,
-    /// Scheme file or built-in scheme (default: the scenario's).
+    /// Scheme file or built-in scheme (default: the scenario's scheme).
     #[arg(long, value_name = "FILE")]
     scheme: Option<String>,
     /// Side of the controller.
     #[arg(long, default_value = "master", value_parser = super::side::side())]
     side: &'static str,
-    /// Degrees of freedom of the device, 1 to 8 (default: the scenario's).
+    /// Degrees of freedom of the device, 1 to 8 (default: the scenario's number).
     #[arg(long, value_name = "COUNT")]
     dof: Option<usize>,
     /// Change a setting of the scenario, such as `duration_s=2`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Ticks with random inputs after the scenario.
+    /// Number of ticks with random inputs after the scenario.
     #[arg(long, value_name = "COUNT", default_value_t = 10_000)]
     random_ticks: u64,
     /// Compare the model with the cycles measured by the controller at PORT.
     ///
-    /// Needs an image with the feature `measure`. Scheme and board are taken from the controller.
+    /// Needs an image with the feature `measure`. The controller reports its scheme and board.
     #[arg(long, value_name = "PORT", conflicts_with_all = ["board", "scheme", "dof"])]
     attach: Option<String>,
-    /// Baud rate of that serial port.
+    /// Baud rate of the serial port given with --attach.
     #[arg(long, default_value_t = DEFAULT_BAUD)]
     baud: u32,
-    /// Memory from which instructions are fetched (default: the board's).
+    /// Memory from which instructions are fetched (default: the board's memory).
     #[arg(long)]
     profile: Option<Memory>,
-    /// Value of the model where Arm specifies a range.
+    /// Cycle count of the model for instructions with a range in Arm's tables.
     #[arg(long, default_value = "upper")]
     column: Value,
     /// Folder of the picture.
@@ -79,7 +79,7 @@ Examples:
   dimsart cycles                                     the image built last, master of the shipped scheme
   dimsart cycles --board nucleo-g474re --side slave
   dimsart cycles firmware.elf --scheme my.scheme --dof 1
-  dimsart cycles --attach /dev/ttyACM0               measurements of the controller next to the model
+  dimsart cycles --attach /dev/ttyACM0               compare measurements with the model
   dimsart cycles --set duration_s=1 --json           for programs";
 
 /// Column of the model.
@@ -164,7 +164,7 @@ fn print(out: &mut dyn Write, figures: &Figures) -> std::io::Result<()> {
     writeln!(
         out,
         "{scheme} on the {side}, {dof} axes, {ticks} ticks of `{image}`: bit-identical to the host.\n\
-         {UNIT} (memory {profile}, column {column}); period of a tick: {budget_cycles}"
+         {UNIT} (memory {profile}, column {column}); tick period: {budget_cycles} cycles"
     )?;
     let mut table = text_table();
     table.set_header([

@@ -16,8 +16,8 @@ use hil_sim::schemes::{SIDES, SchemeText};
 
 /// Write a DBC file of the CAN messages of a scheme or rig.
 ///
-/// One message per `COMM_TXMOD`; its identifier is the module's `CTX_CHANNEL`, which must not be 0. CAN tools then decode every
-/// signal of every axis, with its unit.
+/// Each `COMM_TXMOD` is one message; the message identifier is the module's `CTX_CHANNEL`, which must not be 0. With the
+/// file, CAN tools decode every signal of every axis, with its unit.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Dbc {
@@ -29,7 +29,7 @@ pub(super) struct Dbc {
     /// Degrees of freedom of a scheme's devices, 1 to 8 (default: 3).
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
-    /// Controller of a rig (default: all that send).
+    /// Controller of a rig (default: all controllers that send).
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
     /// Format of the CAN frames.
@@ -46,7 +46,7 @@ Examples:
   dimsart dbc my.scheme --frames can --dof 1     classic CAN
   dimsart dbc arm_bus > arm.dbc                  all controllers of a rig
 
-Rows that set the channels of a scheme, before the MOD_ON rows of these modules:
+Set the channels of a scheme with these rows, before the MOD_ON rows of the modules:
   master   COMM_TXMOD   CTX_CHANNEL   16
   slave    COMM_RXMOD   CRX_CHANNEL   16";
 

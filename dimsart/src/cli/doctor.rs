@@ -16,10 +16,10 @@ use hil_sim::foreign_text::visible_lines;
 
 /// Check the tools for building and flashing firmware, or check a board.
 ///
-/// Checks the compiler target, emulator, probe-rs, udev rule and debug probe. With --board, checks how the board started, its
-/// scheme, its ticks against this computer's clock, its faults, its measurements at rest and its links; this takes about a
-/// second, moves nothing and takes no lease. One line per check, with the next step if it failed. Exit status: 0 all passed,
-/// 1 a check failed.
+/// Checks the compiler target, emulator, probe-rs, udev rule and debug probe. With --board, checks the board's start,
+/// scheme, ticks against this computer's clock, faults, measurements at rest and links; these checks last about a second,
+/// without motion and without a lease. Prints one line per check, with the next step if the check failed. Exit status: 0
+/// all passed, 1 a check failed.
 #[derive(Debug, Args)]
 #[command(
     after_help = "The simulator needs none of these tools; the emulated board needs no probe-rs, udev rule or probe.\n\n\
@@ -27,7 +27,7 @@ use hil_sim::foreign_text::visible_lines;
                   nBOOT0 must be 1, because its pin BOOT0 is pulled up."
 )]
 pub(super) struct Doctor {
-    /// Check the board at this port instead.
+    /// Check the board at this port instead of the tools.
     #[arg(long, value_name = "PORT")]
     board: Option<String>,
     /// Print one JSON object.
@@ -132,10 +132,10 @@ fn compiler() -> Finding {
         return Ok(format!("target {TARGET}"));
     }
     if Path::new(DEBIAN_SOURCES).is_dir() {
-        return Ok("Debian's Rust, which builds core from source (cargo xtask)".to_owned());
+        return Ok("Debian's Rust: `cargo xtask` builds the crate `core` from source".to_owned());
     }
     Err(format!(
-        "target {TARGET} missing: run `rustup target add {TARGET}`; `cargo xtask test` installs it where it can"
+        "target {TARGET} missing: run `rustup target add {TARGET}`; `cargo xtask test` installs the target if possible"
     ))
 }
 
@@ -152,8 +152,9 @@ fn emulator() -> Finding {
 }
 
 fn probe_rs() -> Finding {
-    let version = output("probe-rs", &["--version"]).ok_or(format!("not installed: {INSTALL_PROBE_RS}"))?;
-    at_least(&version, OLDEST_PROBE_RS).map_err(|old| format!("{old}: {INSTALL_PROBE_RS}"))
+    let version =
+        output("probe-rs", &["--version"]).ok_or(format!("not installed: run `{INSTALL_PROBE_RS}`"))?;
+    at_least(&version, OLDEST_PROBE_RS).map_err(|old| format!("{old}: run `{INSTALL_PROBE_RS}`"))
 }
 
 /// Without a udev rule, only root can use a debug probe.
@@ -172,7 +173,7 @@ fn udev_rule(folders: &[&Path]) -> Finding {
 }
 
 fn probe() -> Finding {
-    let probes = output("probe-rs", &["list"]).ok_or(format!("needs probe-rs: {INSTALL_PROBE_RS}"))?;
+    let probes = output("probe-rs", &["list"]).ok_or(format!("needs probe-rs: run `{INSTALL_PROBE_RS}`"))?;
     let probe = probes.lines().find(|line| line.starts_with('['));
     probe.map(str::to_owned).ok_or("not found: connect the board's debug port by USB".to_owned())
 }

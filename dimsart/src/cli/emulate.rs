@@ -20,9 +20,9 @@ use crate::cycles::Firmware;
 
 /// Boot a firmware image in an emulated STM32G4 and report rule violations.
 ///
-/// Runs the unchanged image of the board, with its start-up, flash, log and watchdog. Its command line is a port for other
-/// `dimsart` commands, in real time, until Ctrl-C; with --seconds it runs without a command line, as fast as possible. Exit
-/// status: 0 success, 1 a violation of the chip's rules, a fault or a reset.
+/// Runs the unchanged image of the board, with start-up, flash, log and watchdog. The image runs in real time until Ctrl-C,
+/// and its command line is a port for other `dimsart` commands. With --seconds, the image runs without a command line, as
+/// fast as possible. Exit status: 0 success, 1 a violation of the chip's rules, a fault or a reset.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Emulate {
@@ -38,11 +38,12 @@ pub(super) struct Emulate {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart emulate nucleo-g474re                      serve its command line as sim:nucleo-g474re
-  dimsart connect sim:nucleo-g474re show             from another terminal
-  dimsart emulate b-g431b-esc1 my.elf --seconds 10   check ten thousand ticks
+  dimsart emulate nucleo-g474re                      serve the board's command line as sim:nucleo-g474re
+  dimsart connect sim:nucleo-g474re show             connect from another terminal
+  dimsart emulate b-g431b-esc1 my.elf --seconds 10   run for 10 s, ten thousand ticks
 
-The emulated board has no motor: encoders stand still. It was not compared with a real chip yet (docs/emulated-chip.md).";
+The emulated board has no motor: encoders do not move. The emulation was not compared with a real
+chip yet (docs/emulated-chip.md).";
 
 /// Simulated time between two exchanges with the line.
 const PIECE_S: f64 = 1e-3;

@@ -26,9 +26,9 @@ use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile};
 /// Identify inertia, friction and weight of a joint, with a Bode plot.
 ///
 /// Runs a rig, or reads signals.csv of a run or of a recording. The experiment must excite slow and fast motion: a chirp or
-/// a PRBS on the reference or force of the joint. The force is the measured FORCE, else the commanded `DES_FORCE`. A
-/// parameter that the motion does not determine gets no estimate. The joints of an arm move one after the other while the
-/// others are held.
+/// a PRBS on the reference or force of the joint. The force is the measured `FORCE` if present, else the commanded
+/// `DES_FORCE`. A parameter that the motion does not determine gets no estimate. In the experiment on an arm, each joint
+/// moves in turn while the other joints are held.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Identify {
@@ -38,13 +38,13 @@ pub(super) struct Identify {
     /// Change a setting of a rig, such as `duration_s=60`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Controller of the joint (default: the first).
+    /// Controller of the joint (default: the first controller).
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
     /// Axis, from 0 (default: all axes of an arm, else axis 0).
     #[arg(long, value_name = "AXIS")]
     axis: Option<usize>,
-    /// The axes of the recording are coupled, as in an arm. Only for recordings.
+    /// Treat the axes of the recording as coupled, as in an arm. Only for recordings.
     #[arg(long)]
     coupled: bool,
     /// Delay from command to force in the recording, ticks. Only for recordings.
@@ -59,18 +59,18 @@ pub(super) struct Identify {
     /// Do not draw the picture.
     #[arg(long)]
     no_picture: bool,
-    /// Print one JSON object per axis, a line each; tables go to standard error.
+    /// Print one JSON object per axis, each on its own line; tables go to standard error.
     #[arg(long)]
     json: bool,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart identify                                       a joint with a pendulum, compared with its true values
+  dimsart identify                                       identify a joint with a pendulum, compare with its true values
   dimsart identify --set device.joint.axis.0.plant.load.inertia=0.08
   dimsart run identify && dimsart identify runs/latest/signals.csv
   dimsart identify my.toml --axis 1 --json               for programs
-  dimsart identify identify_arm                          every joint of an arm, compared with its true values
+  dimsart identify identify_arm                          identify every joint of an arm, compare with its true values
 
 Exit status: 0 identified, 1 not identifiable or an error, 2 wrong usage.";
 
@@ -80,8 +80,8 @@ const NOTHING: f64 = 1e-6;
 const POINTS: usize = 60;
 
 fn delay(text: &str) -> Result<f64, String> {
-    let ticks: f64 = text.parse().map_err(|_| "not a number; give a number of ticks".to_owned())?;
-    if (0.0..=10.0).contains(&ticks) { Ok(ticks) } else { Err("out of range; give 0 to 10 ticks".to_owned()) }
+    let ticks: f64 = text.parse().map_err(|_| "not a number: give 0 to 10 ticks".to_owned())?;
+    if (0.0..=10.0).contains(&ticks) { Ok(ticks) } else { Err("out of range: give 0 to 10 ticks".to_owned()) }
 }
 
 /// Recording of a joint, and its true values if known.
@@ -149,7 +149,7 @@ impl Identify {
         say(self.json, out, |text| print(text, joint, &identified, truth.as_ref()))?;
         if let Err(error) = &points {
             say(self.json, out, |text| {
-                writeln!(text, "no frequency response: {error}; record longer, or reduce --segment-ticks")
+                writeln!(text, "no frequency response ({error}): record longer, or reduce --segment-ticks")
             })?;
         }
         let points = points.unwrap_or_default();
@@ -174,17 +174,25 @@ impl Identify {
         let wanted = self.controller.as_ref();
         let found = controllers.iter().find(|found| wanted.is_none_or(|name| name == found.name()));
         let found = found.ok_or_else(|| {
-            UsageError(format!("the rig has no controller {}", wanted.map_or("", String::as_str)))
+            UsageError(format!(
+                "the rig has no controller {}: correct --controller",
+                wanted.map_or("", String::as_str)
+            ))
         })?;
         let device = file.devices.iter().find(|device| device.name == found.device);
-        let device = device.ok_or_else(|| UsageError(format!("the rig has no device {}", found.device)))?;
+        let device = device.ok_or_else(|| {
+            UsageError(format!("the rig has no device {}: correct the rig file", found.device))
+        })?;
         let axes = self.axes(device.coupled_axes());
         let is_measured = device.measures.iter().any(|measured| measured == "FORCE");
         let run = experiment::Experiment::new(file)?.run(&AtomicBool::new(false), |_| ());
         let column = |signal: &str, axis: usize| {
             let place = run.recording.find(found.name(), signal, Some(axis));
-            let missing =
-                || UsageError(format!("the run recorded no {signal} of axis {axis}: add it to `measures`"));
+            let missing = || {
+                UsageError(format!(
+                    "the run did not record {signal} of axis {axis}: add the signal to `measures`"
+                ))
+            };
             place.map(|place| run.recording.column(place).collect()).ok_or_else(missing)
         };
         let positions = |_| (0..device.axes.len()).map(|axis| column("POSITION", axis)).collect();
@@ -192,11 +200,12 @@ impl Identify {
         let force = if is_measured { "FORCE" } else { "DES_FORCE" };
         let joint = |axis: usize| -> Result<Joint, Box<dyn std::error::Error>> {
             let section = device.axes.get(axis);
-            let section = section.ok_or_else(|| UsageError(format!("the device has no axis {axis}")))?;
+            let section = section
+                .ok_or_else(|| UsageError(format!("the device has no axis {axis}: correct --axis")))?;
             let of_plant = section.plant.as_ref().and_then(|plant| truth(plant, is_measured));
             let of_arm = device.arm.clone().map(Truth::OfArm);
             Ok(Joint {
-                name: format!("{}, axis {axis}, by {force}", found.name()),
+                name: format!("{}, axis {axis}, from {force}", found.name()),
                 period_s: file::period_s(run.recording.time_s()).map_err(UsageError)?,
                 position: column("POSITION", axis)?,
                 force: column(force, axis)?,
@@ -258,7 +267,7 @@ fn print(
 ) -> std::io::Result<()> {
     writeln!(
         out,
-        "{}: {} intervals of motion, {:.2} % of the force unexplained",
+        "{}: {} intervals of motion, {:.2} % of the force unexplained by the model",
         joint.name,
         identified.windows,
         100.0 * identified.unexplained

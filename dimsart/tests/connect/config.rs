@@ -240,7 +240,7 @@ fn rows_that_the_device_does_not_know_are_named_and_change_nothing_unless_they_a
     let refused = config(&["apply", &newer, &emulated.port]);
     assert_eq!(refused.status.code(), Some(1), "{refused:?}");
     let table = String::from_utf8(refused.stdout).unwrap();
-    for place in [":5: unknown: all NEW_MOD K 5", ":16: unknown: all PDCTRL_MOD SHINE 4"] {
+    for place in [":5: unknown row: all NEW_MOD K 5", ":16: unknown row: all PDCTRL_MOD SHINE 4"] {
         assert!(table.contains(place), "{table}");
     }
     assert_eq!(out(&["save", &emulated.port], 0), before);

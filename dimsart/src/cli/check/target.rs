@@ -42,14 +42,17 @@ impl Target {
         let (dof, axes) = (dimsart.engine().device().dof(), board.axes);
         // A simulated device can have any number of axes.
         if board.motor.is_some() && dof > axes {
-            faults.push(format!("the scheme needs {dof} axes, {name} has {axes}"));
+            faults.push(format!("the scheme needs {dof} axes, {name} has {axes}: reduce the number of axes"));
         }
         let mut uses =
             |link: &usize| dimsart.receive_channel(*link) > 0 || first_packet(dimsart, *link).is_some();
         let Sizes { modules, wires, bindings, slots, links, .. } = board.sizes;
         let missing = (links..MAX_LINKS).filter(|link| uses(link));
         faults.extend(missing.map(|link| {
-            format!("the scheme uses link {link}, {name} has links 0 to {}", links.saturating_sub(1))
+            format!(
+                "the scheme uses link {link}, {name} has links 0 to {}: use an available link",
+                links.saturating_sub(1)
+            )
         }));
         let Usage { modules: taken_modules, slots: used_slots, .. } = dimsart.engine().usage();
         let [taken_wires, taken_bindings] = dimsart.engine().wires_and_bindings();
@@ -67,7 +70,7 @@ impl Target {
         {
             let most = limit.cycles;
             faults.push(format!(
-                "a tick takes up to {cycles} cycles, the limit on {name} is {most}: remove a module"
+                "a tick takes up to {cycles} cycles, the limit on {name} is {most} cycles: remove a module"
             ));
         }
         faults
@@ -92,7 +95,7 @@ fn limit(board: &str, image: Option<&Path>) -> Result<Result<Limit, String>, Box
     let image = StampedImage::read(&firmware.path)?;
     let Some(costs) = image.costs() else {
         let path = firmware.path.display();
-        return Ok(Err(format!("{path} is not stamped: run `dimsart stamp {path}`")));
+        return Ok(Err(format!("image {path} is not stamped: run `dimsart stamp {path}`")));
     };
     // Static, as on a board.
     let costs = Costs::new(costs.leak(), image.kinds().leak());
@@ -104,7 +107,7 @@ impl Limit {
     fn time_text(&self, cycles: u32) -> String {
         let share = |whole: u32| 100.0 * f64::from(cycles) / f64::from(whole);
         format!(
-            "a tick takes up to {cycles} of {} cycles ({:.1} %), {:.1} % of the period",
+            "a tick takes up to {cycles} of the allowed {} cycles ({:.1} %), and {:.1} % of the period",
             self.cycles,
             share(self.cycles),
             share(self.period_cycles)

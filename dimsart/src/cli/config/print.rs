@@ -74,7 +74,7 @@ pub(super) fn print_difference(
 /// Prints rows that this program does not know.
 fn print_unknown(out: &mut (impl Write + ?Sized), name: &str, unknown: &[UnknownRow]) -> io::Result<()> {
     unknown.iter().try_for_each(|UnknownRow { line, column, row, reason }| {
-        writeln!(out, "{name}:{line}:{column}: unknown: {row}: {reason}")
+        writeln!(out, "{name}:{line}:{column}: unknown row: {row}: {reason}")
     })
 }
 

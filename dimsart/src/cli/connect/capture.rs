@@ -25,16 +25,16 @@ pub(super) struct CaptureArguments {
     /// Trigger when the signal falls below LEVEL, in its unit.
     #[arg(long, value_name = "LEVEL", allow_negative_numbers = true)]
     below: Option<f32>,
-    /// Index of the value, from 0: the axis, or row by row in a matrix.
+    /// Index of the value in the signal, from 0: the axis, or row by row in a matrix.
     #[arg(long, value_name = "PLACE", default_value_t = 0)]
     word: u32,
-    /// Rows before the edge.
+    /// Rows to record before the edge.
     #[arg(long, value_name = "ROWS", default_value_t = 100, value_parser = value_parser!(u32).range(..=30_000))]
     before: u32,
-    /// Rows after the edge.
+    /// Rows to record after the edge.
     #[arg(long, value_name = "ROWS", default_value_t = 100, value_parser = value_parser!(u32).range(..=29_999))]
     after: u32,
-    /// Ticks per row; the edge is checked in every tick.
+    /// Ticks per recorded row; the edge is checked in every tick.
     #[arg(long, value_name = "TICKS", default_value_t = 1, value_parser = value_parser!(u32).range(1..=1_000_000))]
     every_ticks: u32,
     /// Maximum time to wait for the edge, s (default: until Ctrl-C).
@@ -64,7 +64,7 @@ pub(super) fn capture(
         every_ticks,
     };
     let (stop, start) = (stop_on_interrupt()?, Instant::now());
-    eprintln!("dimsart: waiting for the edge of {}", capture.signal);
+    eprintln!("dimsart: waiting for an edge of {}", capture.signal);
     let is_over = || stop.load(Ordering::Relaxed) || wait_s.is_some_and(|wait| start.elapsed() >= wait);
     let Captured { recorded, stays } = device.capture(&capture, is_over)?;
     if let Some(stays) = stays {
@@ -75,8 +75,10 @@ pub(super) fn capture(
             write_recorded(&recorded, file.as_deref(), json, out)?;
             Ok(true)
         }
-        None => {
-            Err(format!("no edge of {}: check the level, or wait longer (--wait-s)", capture.signal).into())
-        }
+        None => Err(format!(
+            "no edge of {}: correct --above or --below, or wait longer (--wait-s)",
+            capture.signal
+        )
+        .into()),
     }
 }

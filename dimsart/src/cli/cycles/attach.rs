@@ -101,13 +101,16 @@ impl Attached {
         let (board, dof) = (identity.device.clone(), identity.axes.len());
         let Some(measured) = device.measured().map_err(at_port)? else {
             return Err(format!(
-                "{port}: `{image}` lacks the feature `measure`: flash it with `cargo xtask flash {board},measure`"
+                "{port}: image `{image}` lacks the feature `measure`: run `cargo xtask flash {board},measure`"
             )
             .into());
         };
         if measured.tick.runs == 0 {
             let state = device.state().map_err(at_port)?;
-            return Err(format!("{port}: no measurements, no module runs ({state}): start the scheme").into());
+            return Err(format!(
+                "{port}: no measurements because no module runs ({state}): start the scheme"
+            )
+            .into());
         }
         let commands = device.commands().map_err(at_port)?;
         Ok(Self { port: port.to_owned(), board, image, dof, commands, measured })
@@ -117,8 +120,8 @@ impl Attached {
         self.measured.is_instructions
     }
 
-    /// Prints measurements next to the model, warns of exceeded bounds, and optionally writes JSON. Returns whether all bounds
-    /// hold.
+    /// Prints measurements next to the model, warns of exceeded bounds, and optionally writes JSON. Returns whether all
+    /// bounds hold.
     pub(super) fn print(
         self,
         out: &mut dyn Write,
@@ -128,7 +131,8 @@ impl Attached {
         let Self { port, board, image, dof, measured, .. } = &self;
         if measured.calls.len() != figures.steps.len() {
             return Err(format!(
-                "{port}: {} module calls measured, the scheme has {}: the scheme changed meanwhile, try again",
+                "{port}: {} module calls measured, but the scheme has {} calls: the scheme changed during the \
+                 measurement, try again",
                 measured.calls.len(),
                 figures.steps.len()
             )
@@ -147,7 +151,7 @@ impl Attached {
         if measured.is_instructions {
             writeln!(
                 out,
-                "measured and emulated: INSTRUCTIONS, an emulated board has no cycle counter; bound: {unit} (memory \
+                "measured and emulated: INSTRUCTIONS (an emulated board has no cycle counter); bound: {unit} (memory \
                  {profile}, column {column})"
             )?;
         } else {
@@ -171,8 +175,8 @@ impl Attached {
             writeln!(
                 out,
                 "WARNING: {} took {:.0} {measured_unit}, above its bound of {bound} for memory `{profile}`. Check that the \
-                 board runs from this memory (--profile flash), and for interrupts; `cargo xtask step cycle-table {board}` \
-                 compares the model with the chip",
+                 board runs from this memory (other memory: --profile flash) and that no interrupt adds cycles. \
+                 `cargo xtask step cycle-table {board}` compares the model with the chip",
                 row.name, row.measured_max
             )?;
         }

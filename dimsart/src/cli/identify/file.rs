@@ -13,7 +13,8 @@ impl Identify {
     pub(super) fn read(&self, path: &Path) -> Result<Vec<Joint>, Box<dyn std::error::Error>> {
         let wrong = |reason: String| UsageError(format!("{}: {reason}", path.display()));
         if path.extension().is_none_or(|extension| extension != "csv") {
-            let reason = "neither a rig nor a CSV recording (`dimsart run --signals csv`, `dimsart record --signals csv`)";
+            let reason = "neither a rig nor a CSV recording: record with `dimsart run --signals csv` or \
+                          `dimsart record --signals csv`";
             return Err(wrong(reason.to_owned()).into());
         }
         let mut reader = csv::Reader::from_path(path)
@@ -38,7 +39,8 @@ impl Identify {
                 let problem = || {
                     let (text, header, row) = (visible(text), visible(header), row + 2);
                     format!(
-                        "row {row}, {header}: '{text}' is not a finite number: correct it, or delete a first or last row"
+                        "row {row}, column {header}: '{text}' is not a finite number: correct the value, or delete a first \
+                         or last row"
                     )
                 };
                 value.map(|value| scale * value).ok_or_else(|| wrong(problem()))
@@ -49,10 +51,12 @@ impl Identify {
         let coupled: Option<Vec<Vec<f64>>> =
             self.coupled.then(|| positions.iter().map(|place| column(*place)).collect()).transpose()?;
         let time = headers.iter().position(|header| header.trim_start().starts_with("time"));
-        let time = time.ok_or_else(|| wrong("no time column: name it `time (s)`".to_owned()))?;
+        let time = time.ok_or_else(|| wrong("no time column: name the time column `time (s)`".to_owned()))?;
         let period_s = period_s(&column(time)?).map_err(wrong)?;
         let joint = |axis: usize| -> Result<Joint, Box<dyn std::error::Error>> {
-            let missing = |signal: &str| wrong(format!("no column {signal} of axis {axis}"));
+            let missing = |signal: &str| {
+                wrong(format!("no column {signal} of axis {axis}: record the signal, or correct --axis"))
+            };
             let position = *positions.get(axis).ok_or_else(|| missing("POSITION"))?;
             let (force, is_measured) = match (place("FORCE", axis), place("DES_FORCE", axis)) {
                 (Some(measured), _) => (measured, true),
@@ -105,7 +109,8 @@ pub(super) fn period_s(times_s: &[f64]) -> Result<f64, String> {
     let (Some(first), Some(last @ 1..)) = (times_s.first(), times_s.len().checked_sub(1)) else {
         return Err("fewer than two rows: record longer".to_owned());
     };
-    let rows = i32::try_from(last).map_err(|error| format!("too many rows: {error}"))?;
+    let rows =
+        i32::try_from(last).map_err(|error| format!("too many rows ({error}): shorten the recording"))?;
     let period_s = (times_s.last().unwrap_or(first) - first) / f64::from(rows);
     let is_uneven = |pair: &[f64]| !matches!(pair, [one, other] if period_s > 0.0 && ((other - one) / period_s - 1.0).abs() < 0.01);
     match times_s.windows(2).position(is_uneven) {
@@ -114,7 +119,7 @@ pub(super) fn period_s(times_s: &[f64]) -> Result<f64, String> {
             let apart_s =
                 times_s.get(row + 1).zip(times_s.get(row)).map_or(f64::NAN, |(other, one)| other - one);
             Err(format!(
-                "row {} is {:.4} ms after the previous row, the mean is {:.4} ms: rows must be evenly spaced; resample the \
+                "row {} is {:.4} ms after the previous row, the mean interval is {:.4} ms: rows must be evenly spaced; resample the \
                  file, for example with `numpy.interp`",
                 row + 3,
                 1e3 * apart_s,
