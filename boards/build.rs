@@ -24,7 +24,11 @@ fn main() -> Result<(), String> {
     let memory = match chosen.as_slice() {
         [] => return Ok(()),
         [memory] => memory,
-        _ => return Err("several boards selected: enable one board's feature".to_owned()),
+        _ => {
+            return Err(
+                "features of several boards are enabled: enable the feature of one board only".to_owned()
+            );
+        }
     };
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("OUT_DIR is not set by cargo")?);
     let ccm = CCM.map(|script| (Path::new(script), script));

@@ -291,7 +291,7 @@ fn a_scheme_is_checked_for_the_axes_and_the_memory_of_the_board() {
     std::fs::write(&path, scheme.replace("TD_PARAM        10", "TD_PARAM        900")).unwrap();
     let check = |board: &str| dimsart(&["check", path.to_str().unwrap(), "--board", board]);
     let out = String::from_utf8(check("b-g431b-esc1").stdout).unwrap();
-    assert!(out.contains("words, b-g431b-esc1 has 480: shorten a delay"), "{out}");
+    assert!(out.contains("words of the Data Base, b-g431b-esc1 has 480: shorten a delay"), "{out}");
     assert!(check("nucleo-g474re").status.success());
 }
 

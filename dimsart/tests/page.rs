@@ -431,6 +431,39 @@ fn edits_are_tried_without_effect_and_take_effect_together_or_not_at_all() {
     browser.news("overview", |overview| overview["modules"].to_string().contains("123"));
 }
 
+#[test]
+fn a_dry_run_shows_the_pending_scheme_and_the_reason_of_a_refusal() {
+    let served = Served::joint("pending");
+    let (mut device, mut browser) = (served.device(), served.browser());
+    let rows = browser.ask(json!({ "do": "rows" })).unwrap();
+    let names = |tried: &serde_json::Value| -> Vec<String> {
+        let modules = tried["overview"]["modules"].as_array().unwrap();
+        modules.iter().map(|module| module["name"].as_str().unwrap().to_owned()).collect()
+    };
+    let on = |module: &str| json!({ "edit": "on", "module": module, "before": "PIDCTRL_MOD" });
+    // A new module with an empty list, and one whose input has no provider.
+    let edits = json!([on("COMM_RXMOD"), on("LOWPASS_MOD")]);
+    let mut dry_run = |rows: serde_json::Value, edits: &serde_json::Value| {
+        browser.ask(json!({ "do": "transaction", "rows": rows, "edits": edits, "commit": false })).unwrap()
+    };
+    let tried = dry_run(serde_json::Value::Null, &edits);
+    assert_eq!(names(&tried), ["COMM_RXMOD", "LOWPASS_MOD", "PIDCTRL_MOD"], "{tried}");
+    let input = &tried["overview"]["modules"][1]["ports"][0];
+    assert_eq!((&input["unit"], &input["shape"]), (&"any".into(), &"1".into()), "{input}");
+    assert!(tried["refused"].is_null() && tried["findings"].to_string().contains("SIGNAL"), "{tried}");
+    // The first refused edit ends the dry run.
+    let wild = json!({ "edit": "set", "module": "LOWPASS_MOD", "parameter": "FREQUENCY", "value": "1e9" });
+    let tried = dry_run(serde_json::Value::Null, &json!([on("LOWPASS_MOD"), wild, on("SIGGEN_MOD")]));
+    assert!(tried["refused"].as_str().unwrap().contains("100000"), "{tried}");
+    assert_eq!(names(&tried), ["LOWPASS_MOD", "PIDCTRL_MOD"]);
+    // Rows replace the scheme before the edits.
+    let close = json!([{ "edit": "close", "module": "PIDCTRL_MOD" }]);
+    assert_eq!(names(&dry_run(rows.clone(), &json!([]))), ["PIDCTRL_MOD"]);
+    assert_eq!(names(&dry_run(rows, &close)), [""; 0]);
+    let overview = device.overview().unwrap();
+    assert!(!overview.status.is_in_transaction && overview.modules.len() == 1, "{overview}");
+}
+
 /// Rows for as many signals as fit in a Data Base: a loop, eight receivers without a sender, and generators.
 fn wide_scheme() -> String {
     let mut rows = String::new();

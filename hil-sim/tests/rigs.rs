@@ -216,7 +216,7 @@ fn a_link_that_never_comes_up_is_named_and_no_run_with_it_is_stable() {
     let bad = led("POSITION\nlead COMM_TXMOD CTX_ADD_DATA DES_POSITION").outcome;
     let named = |fault: &String| {
         fault.starts_with("the link to COMM_RXMOD of the follow never came up: all ")
-            && fault.contains("packets had different content")
+            && fault.contains("packets contained other signals than expected")
     };
     assert!(!bad.stable && bad.faults.iter().any(named), "{:?}", bad.faults);
     assert!(bad.refused_packets > 400 && bad.lost_packets == 0, "{bad:?}");
@@ -343,7 +343,7 @@ fn everything_that_does_not_go_together_is_named_at_once() {
         "unknown device 'driv'; did you mean 'drive'?",
         "axis 0 of 'drive' has 0 controllers",
         "axis 1 of 'drive' is out of range: the only axis is 0",
-        "not measure the reference 'DES_VELOCITY': add the reference to `measures`; did you mean 'DES_POSITION'?",
+        "has no reference 'DES_VELOCITY': add the reference to the device's `measures`; did you mean 'DES_POSITION'?",
         "has step and ramp: set exactly one",
         "until_s is 0 s, must be after at_s, 0.1 s",
     ] {
@@ -458,7 +458,7 @@ fn what_does_not_go_together_in_coupled_axes_is_named() {
     let text = RigFile::shipped("phantom").unwrap();
     for (set, expected) in [
         ("device.phantom.axis.0.plant.load.inertia=1", "a coupled axis cannot have a plant"),
-        ("device.phantom.axis.1.hand.inertia=1", "one hand holds the tip"),
+        ("device.phantom.axis.1.hand.inertia=1", "have different values of hand.inertia"),
         ("device.phantom.phantom.coulomb_nm=-1", "phantom.coulomb_nm is -1"),
         ("device.robot.axis.2.wall.stiffness=-5", "the stiffness > 0"),
         (

@@ -31,7 +31,7 @@ pub(super) struct Emulate {
     board: String,
     /// Firmware image (ELF; default: built by `cargo board BOARD`).
     elf: Option<PathBuf>,
-    /// Run for this simulated time, s, without a command line.
+    /// Stop after this simulated time, s. No port is offered.
     #[arg(long, value_name = "SECONDS")]
     seconds: Option<f64>,
 }

@@ -44,7 +44,7 @@ pub(super) struct Sweep {
     /// Merge all shards in the folder --out into `sweep.csv`, without running points.
     #[arg(long, conflicts_with = "shard")]
     merge: bool,
-    /// Figure of the map: a column of the CSV.
+    /// Figure shown in the map, by the name of a column of the CSV file.
     #[arg(long, value_name = "FIGURE", default_value = "stable")]
     map: String,
     /// Print the result as one JSON object.

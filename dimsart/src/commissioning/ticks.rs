@@ -160,7 +160,8 @@ fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
     };
     let min_sent = cycles.iter().copied().reduce(f64::min);
     let max_sent = cycles.iter().copied().reduce(f64::max);
-    let mut found = format!("mean {mean}, max {most} cycles since the start, with requests");
+    let mut found =
+        format!("mean {mean} and maximum {most} cycles per tick since the start, requests included");
     if let (Some(least), Some(most)) = (min_sent, max_sent) {
         found = format!("{least} to {most} cycles in {} sampled ticks; {found}", cycles.len());
     }

@@ -14,6 +14,7 @@ from pathlib import Path
 from playwright.sync_api import expect, sync_playwright
 
 import editor
+import layout
 
 DIMSART, FOLDER = sys.argv[1], Path(sys.argv[2])
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -290,6 +291,16 @@ def joint(browser, errors):
     page.mouse.up()
     expect(wanted).to_contain_text("0.5")
 
+    step("arrow keys jog the reference until the focus leaves; a pointer above it changes nothing")
+    page.locator("#device [role=slider]").focus()
+    expect(wanted).to_have_text(re.compile(r"^0\.5\b"), timeout=20000)
+    for _ in range(5):
+        page.keyboard.press("ArrowRight")
+    page.mouse.move(x + 5, y - 30)
+    expect(wanted).to_contain_text("0.6")
+    page.locator("#device [role=slider]").blur()
+    expect(wanted).not_to_contain_text("0.6")
+
     step("Esc stops the device")
     page.keyboard.press("Escape")
     expect(page.locator("#state-text")).to_contain_text("stopped")
@@ -393,6 +404,13 @@ def editor_of_schemes(browser, errors):
     server.kill()
 
 
+def layouts(browser, errors):
+    for rig in ("joint", "arm", "phantom", "telerobot"):
+        server = Server(rig)
+        layout.hold(browser, server.url, rig, step, errors)
+        server.kill()
+
+
 def seven(browser, errors):
     step("seven controllers, dark")
     server = Server("arm_bus")
@@ -418,6 +436,7 @@ def main():
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
         usable_s = joint(browser, errors)
         editor_of_schemes(browser, errors)
+        layouts(browser, errors)
         seven(browser, errors)
         browser.close()
     assert not errors, errors

@@ -206,7 +206,7 @@ fn what_differs_between_two_is_added_removed_changed_moved_or_bound() {
     assert_eq!(json["unknown_removed"].as_array().unwrap().len(), 0);
     assert_eq!(json["unknown_added"][0]["line"], 10);
     let table = out(&["diff", &first, &second], 0);
-    assert!(table.contains("unknown: all NEW_MOD K 6: 'NEW_MOD' is not a module"), "{table}");
+    assert!(table.contains("unknown row: all NEW_MOD K 6: 'NEW_MOD' is not a module"), "{table}");
     assert!(out(&["diff", &first, &first, "--exit-code"], 0).contains("are equal"));
 }
 

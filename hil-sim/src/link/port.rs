@@ -25,7 +25,7 @@ impl<S: Read + Write + Send + fmt::Debug> Stream for S {}
 #[derive(Debug, thiserror::Error)]
 pub enum PortError {
     /// Unknown port.
-    #[error("port {port} not found; {}; controller of `dimsart serve`: sim:NAME", list(existing))]
+    #[error("port {port} not found; {}; for a controller of `dimsart serve`, use sim:NAME", list(existing))]
     NotFound {
         /// The name.
         port: String,

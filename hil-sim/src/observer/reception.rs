@@ -88,7 +88,7 @@ fn silences(station: &Station, ticks: u64) -> Vec<Silence> {
                 format!("{link}: all {refused} packets were old or out of order; restart the peer")
             }
             (_, None) => format!(
-                "{link}: all {refused} packets had different content; list the same types in the same order in \
+                "{link}: all {refused} packets contained other signals than expected; list the same types in the same order in \
                 CTX_ADD_DATA and the peer's CRX_ADD_DATA, with equal CTX_EVERY and CRX_EVERY"
             ),
         };

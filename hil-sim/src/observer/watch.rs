@@ -149,7 +149,7 @@ impl Watch {
                 if reversals.add(f64::from(*force)) && grows.is_none() {
                     let limit = reversals.limit;
                     grows = Some(at(format!(
-                        "force of axis {axis} alternates between its limits ±{limit}: unstable loop, detected"
+                        "has an unstable loop: the force of axis {axis} alternates between its limits ±{limit}, detected"
                     )));
                 }
             }

@@ -320,7 +320,7 @@ impl RigFile {
             let known: Vec<String> = references.into_iter().chain([LOAD, HAND].map(str::to_owned)).collect();
             let near = suggestion(&moved.on, &known);
             problems.push(format!(
-                "{at}: '{}' does not measure the reference '{}': add the reference to `measures`; {near}",
+                "{at}: the device '{}' has no reference '{}': add the reference to the device's `measures`; {near}",
                 device.name, moved.on
             ));
         }
@@ -402,7 +402,7 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
         hands.windows(2).all(|pair| matches!(pair, [one, other] if one.to_bits() == other.to_bits()));
     if device.phantom.as_ref().is_some_and(|phantom| phantom.port.is_held_at_tip()) && !is_one_mass {
         problems.push(format!(
-            "device '{name}': one hand holds the tip: set the same hand.inertia on every axis"
+            "device '{name}': the axes of a tip have different values of hand.inertia: set the same value on every axis"
         ));
     }
 }

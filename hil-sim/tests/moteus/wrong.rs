@@ -16,8 +16,8 @@ fn what_is_wrong_with_drives_is_named() {
     for (was, is, said) in [
         ("ids = [1, 2]", "ids = [1]", "`ids` has 1 entries"),
         ("ids = [1, 2]", "ids = [1, 1]", "duplicate drive id 1:"),
-        ("ids = [1, 2]", "ids = [0, 2]", "id 0 with host 0"),
-        ("ids = [1, 2]", "ids = [1, 127]", "id 127 with host 0"),
+        ("ids = [1, 2]", "ids = [0, 2]", "id 0 is invalid with host id 0"),
+        ("ids = [1, 2]", "ids = [1, 127]", "id 127 is invalid with host id 0"),
         ("ids = [1, 2]", "ids = [1, 2]\ntimeout_s = 0.0", "timeout_s is 0"),
         ("ids = [1, 2]", "ids = [1, 2]\nreply_delay_s = 0.1", "reply_delay_s is 0.1"),
         ("ids = [1, 2]", "ids = [1, 2]\nbit_error_rate = 2.0", "bit_error_rate is 2"),

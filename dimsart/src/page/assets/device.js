@@ -11,12 +11,14 @@ export function digits(value) {
 }
 
 const SIZE = 120, TEXTS = 46;
-const HINT = "drag to hold the reference of this axis until you release it";
+const HINT = "drag to hold the reference of this axis until you release it; arrow keys jog it until the focus leaves";
+// Step of a jog key, rad or m; Shift makes it ten times as large.
+const JOG = { rotary: 0.02, linear: 0.002 };
 
 export class DevicePicture {
   /** `hold(station, axis, value)` is called while the user drags an axis, with null on release. */
   constructor(place, hold) {
-    Object.assign(this, { place, hold, axes: [], largest: [], why: "" });
+    Object.assign(this, { place, hold, axes: [], largest: [], references: [], why: "" });
   }
 
   /** Enables dragging, or shows why it is disabled. */
@@ -27,10 +29,10 @@ export class DevicePicture {
     for (const { hint } of this.axes) hint.textContent = why || HINT;
   }
 
-  /** Handles dragging of an axis reference: around a dial, or along a slide. */
+  /** Handles dragging of an axis reference, around a dial or along a slide, and jogging by keys. */
   drag(group, axis, isTurning) {
     // The station at the start of the drag.
-    let last = null, station = null;
+    let last = null, station = null, isDragged = false;
     const at = (event) => {
       const box = group.firstChild.getBoundingClientRect();
       const [x, y] = [event.clientX - (box.left + box.right) / 2, (box.top + box.bottom) / 2 - event.clientY];
@@ -41,6 +43,7 @@ export class DevicePicture {
     };
     const go = (event) => { last = at(event); this.hold(station, axis, last); };
     const end = () => {
+      isDragged = false;
       if (last === null) return;
       last = null;
       this.hold(station, axis, null);
@@ -48,11 +51,20 @@ export class DevicePicture {
     group.addEventListener("pointerdown", (event) => {
       if (this.why) return;
       group.setPointerCapture(event.pointerId);
-      [last, station] = [null, this.station];
+      [last, station, isDragged] = [null, this.station, true];
       go(event);
     });
-    group.addEventListener("pointermove", (event) => { if (last !== null) go(event); });
-    for (const kind of ["pointerup", "pointercancel"]) group.addEventListener(kind, end);
+    group.addEventListener("pointermove", (event) => { if (isDragged) go(event); });
+    for (const kind of ["pointerup", "pointercancel", "blur"]) group.addEventListener(kind, end);
+    group.addEventListener("keydown", (event) => {
+      const sign = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
+      if (this.why || !sign) return;
+      event.preventDefault();
+      if (last === null) [last, station] = [this.references[axis], this.station];
+      if (!Number.isFinite(last)) return;
+      last += sign * JOG[isTurning ? "rotary" : "linear"] * (event.shiftKey ? 10 : 1);
+      this.hold(station, axis, last);
+    });
     return end;
   }
 
@@ -85,10 +97,12 @@ export class DevicePicture {
       const strength = svgNode("text", { x: 60, y: SIZE + 22, "text-anchor": "middle", "font-size": 11, fill: "var(--good)", class: "force" });
       const note = svgNode("text", { x: 60, y: SIZE + 36, "text-anchor": "middle", "font-size": 11, fill: "var(--quiet)" });
       group.append(wanted, is, force, text, strength, note);
+      const attributes = { tabindex: 0, role: "slider", "aria-label": `reference of axis ${axis}`, "aria-valuenow": 0 };
+      for (const [name, value] of Object.entries(attributes)) group.setAttribute(name, value);
       const hint = svgNode("title", {}, this.why || HINT);
       group.append(hint);
       svg.append(group);
-      return { end: this.drag(group, axis, isTurning), hint, isTurning, wanted, is, force, text, strength, note };
+      return { end: this.drag(group, axis, isTurning), group, hint, isTurning, wanted, is, force, text, strength, note };
     });
     this.place.replaceChildren(svg);
   }
@@ -100,6 +114,8 @@ export class DevicePicture {
     const is = signals.get("POSITION"), wanted = signals.get("DES_POSITION"), force = signals.get("DES_FORCE");
     this.axes.forEach((drawn, axis) => {
       const position = is?.values[axis], goal = wanted?.values[axis], strength = force?.values[axis];
+      this.references[axis] = goal ?? position;
+      drawn.group.setAttribute("aria-valuenow", digits(goal ?? position));
       const largest = this.largest[axis];
       largest.position = Math.max(largest.position, Math.abs(position ?? 0), Math.abs(goal ?? 0));
       largest.force = Math.max(largest.force, Math.abs(strength ?? 0));
