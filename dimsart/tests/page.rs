@@ -434,7 +434,7 @@ fn edits_are_tried_without_effect_and_take_effect_together_or_not_at_all() {
 #[test]
 fn a_dry_run_shows_the_pending_scheme_and_the_reason_of_a_refusal() {
     let served = Served::joint("pending");
-    let (mut device, mut browser) = (served.device(), served.browser());
+    let mut browser = served.browser();
     let rows = browser.ask(json!({ "do": "rows" })).unwrap();
     let names = |tried: &serde_json::Value| -> Vec<String> {
         let modules = tried["overview"]["modules"].as_array().unwrap();
@@ -460,7 +460,7 @@ fn a_dry_run_shows_the_pending_scheme_and_the_reason_of_a_refusal() {
     let close = json!([{ "edit": "close", "module": "PIDCTRL_MOD" }]);
     assert_eq!(names(&dry_run(rows.clone(), &json!([]))), ["PIDCTRL_MOD"]);
     assert_eq!(names(&dry_run(rows, &close)), [""; 0]);
-    let overview = device.overview().unwrap();
+    let overview = served.device().overview().unwrap();
     assert!(!overview.status.is_in_transaction && overview.modules.len() == 1, "{overview}");
 }
 
