@@ -100,10 +100,10 @@ export class Modules {
   }
 
   /** Moves a module by one place. */
-  move(module, by) {
+  move(module, steps) {
     this.edit((modules) => {
       const others = plugged(modules).filter((name) => name !== module);
-      const place = plugged(modules).indexOf(module) + by;
+      const place = plugged(modules).indexOf(module) + steps;
       return place < 0 || place > others.length ? [] : [{ edit: "off", module }, { edit: "on", module, before: others[place] ?? null }];
     });
   }

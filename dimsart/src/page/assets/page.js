@@ -234,12 +234,8 @@ function showState(here) {
     ["missed", missed ? `${missed} updates: this browser is too slow` : null],
     ["ticks lost", scope.gaps(shown) ? `${scope.gaps(shown)} in transmission` : null],
   ].filter(([, value]) => value);
-  by("facts").replaceChildren(...facts.flatMap(([name, value]) => {
-    const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
-    dt.textContent = name;
-    dd.textContent = value;
-    return [dt, dd];
-  }));
+  by("facts").replaceChildren(...facts.flatMap(([name, value]) =>
+    [node("dt", { textContent: name }), node("dd", { textContent: value })]));
 }
 
 /** Shows the pending scheme, or the running one. */
@@ -253,11 +249,8 @@ function showScheme() {
 }
 
 function showEvents(events) {
-  by("events").replaceChildren(...[...(events ?? [])].reverse().map((event) => {
-    const item = document.createElement("li");
-    item.textContent = `tick ${event.tick}: ${event.what} ${event.name}${event.text ? `: ${event.text}` : ""}`;
-    return item;
-  }));
+  by("events").replaceChildren(...[...(events ?? [])].reverse().map((event) =>
+    node("li", { textContent: `tick ${event.tick}: ${event.what} ${event.name}${event.text ? `: ${event.text}` : ""}` })));
 }
 
 const told = (promise) => promise.then((done) => say(String(done)), (error) => say(error.message, true));

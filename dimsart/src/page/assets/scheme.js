@@ -88,8 +88,8 @@ function asModule(title, { name }, editor) {
   asButton(title, `title ${name}`, `${name}: Enter opens its card, Alt with an arrow key moves it, Delete removes it`);
   title.onclick = () => editor.reveal(name);
   title.onkeydown = (event) => {
-    const by = event.altKey && { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-    if (by) editor.move(name, by);
+    const steps = event.altKey && { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (steps) editor.move(name, steps);
     else if (event.key === "Delete") editor.remove(name);
     else if (event.key === "Enter") editor.reveal(name);
     else return;
@@ -150,11 +150,11 @@ function asPort(circle, module, port, lanes, editor) {
   };
   circle.onpointercancel = end;
   circle.onkeydown = (event) => {
-    const by = { ArrowUp: -1, ArrowDown: 1 }[event.key];
-    if (!by) return;
+    const steps = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+    if (!steps) return;
     event.preventDefault();
     const fits = fitting(), names = [...lanes.keys()].filter((name) => fits.has(name));
-    const next = names[names.indexOf(port.signal) + by];
+    const next = names[names.indexOf(port.signal) + steps];
     if (next) editor.bind(module, port.name, next);
   };
 }

@@ -1,8 +1,8 @@
 // Selection of the signals that a controller sends if it cannot send all; it applies to every page.
 
-function button(text, title, onclick) {
-  return Object.assign(document.createElement("button"), { textContent: text, title, onclick });
-}
+import { node } from "/dom.js";
+
+const button = (textContent, title, onclick) => node("button", { textContent, title, onclick });
 
 /** Adds the unsent signals of the Data Base to a list, with buttons to select signals. */
 export function offerSending(list, { layout, unsent }, choose) {
@@ -14,7 +14,7 @@ export function offerSending(list, { layout, unsent }, choose) {
       (event) => { event.preventDefault(); choose(sent.filter((other) => other !== name)); }));
   }
   list.append(...unsent.map((name) => {
-    const row = Object.assign(document.createElement("div"), { className: "unsent", textContent: name });
+    const row = node("div", { className: "unsent", textContent: name });
     row.dataset.name = name.toLowerCase();
     row.append(button("send", `Send ${name} too, if the device has space for it`, () => choose([...sent, name])));
     return row;
