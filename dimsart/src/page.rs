@@ -36,21 +36,25 @@ pub use page_device::{Hand, OpenLine};
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.
-const ASSETS: [(&str, &str, &str); 18] = [
+const ASSETS: [(&str, &str, &str); 22] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/adding.js", "text/javascript", include_str!("page/assets/adding.js")),
     ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
     ("/dom.js", "text/javascript", include_str!("page/assets/dom.js")),
     ("/fourier.js", "text/javascript", include_str!("page/assets/fourier.js")),
+    ("/kinematics.js", "text/javascript", include_str!("page/assets/kinematics.js")),
     ("/modules.js", "text/javascript", include_str!("page/assets/modules.js")),
     ("/pending.js", "text/javascript", include_str!("page/assets/pending.js")),
     ("/recording.js", "text/javascript", include_str!("page/assets/recording.js")),
     ("/ring.js", "text/javascript", include_str!("page/assets/ring.js")),
+    ("/robot.js", "text/javascript", include_str!("page/assets/robot.js")),
+    ("/robots.js", "text/javascript", include_str!("page/assets/robots.js")),
     ("/rows.js", "text/javascript", include_str!("page/assets/rows.js")),
     ("/scheme.js", "text/javascript", include_str!("page/assets/scheme.js")),
     ("/scope.js", "text/javascript", include_str!("page/assets/scope.js")),
     ("/sending.js", "text/javascript", include_str!("page/assets/sending.js")),
+    ("/three.js", "text/javascript", include_str!("page/assets/three.min.js")),
     ("/trigger.js", "text/javascript", include_str!("page/assets/trigger.js")),
     ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),
     ("/uplot.js", "text/javascript", include_str!("page/assets/uPlot.iife.min.js")),

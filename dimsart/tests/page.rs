@@ -110,6 +110,7 @@ impl Served {
             kinds: dimsart_modules::ALL,
             baud: None,
             hand: None,
+            geometry: None,
             recordings: folder,
         };
         let stations = vec![Station::new(0, "joint", access).unwrap()];

@@ -63,6 +63,10 @@ pub trait Plant: core::fmt::Debug + Send {
     /// Sets the time of the experiment that moves its references, loads and hands. No effect without an experiment.
     fn repeat(&mut self, _repetition: Repetition) {}
 
+    /// Sets the intended position of the hand on an axis, `m` or `rad`; `None` returns the hand to the experiment. No
+    /// effect without a hand.
+    fn hold_hand(&mut self, _axis: usize, _position: Option<f64>) {}
+
     /// Returns the true position of an axis, `m` or `rad`; NaN for a nonexistent axis.
     fn position(&self, axis: usize) -> f64 {
         let mut values = [f64::NAN; MAX_QUANTITIES];

@@ -13,6 +13,7 @@ mod closed_loop;
 mod controller_model;
 mod felt;
 mod guards;
+mod held_hand;
 mod instrumented;
 pub mod linear_loop;
 mod live;

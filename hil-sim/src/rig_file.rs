@@ -31,6 +31,7 @@ mod controller;
 mod data_type;
 mod device;
 mod error;
+mod geometry;
 mod media;
 mod moves;
 mod parameter;
@@ -52,6 +53,7 @@ pub use data_type::TypeSection;
 pub use device::{DeviceSection, WatchSection};
 use dimsart_core::{DataType, ModuleKinds, types};
 pub use error::RigFileError;
+pub use geometry::{AxisGeometry, Geometry};
 pub use media::{CanSection, DelayKind, UartSection, UdpSection};
 pub use moves::{
     Chirp, ExperimentSection, HAND, LOAD, MinimumJerk, MoveSection, Prbs, PressSection, Ramp, SamplesFile,

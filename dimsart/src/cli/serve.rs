@@ -2,6 +2,7 @@
 
 use std::error::Error;
 use std::io::{self, ErrorKind, Write};
+use std::iter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -21,7 +22,7 @@ use crate::report::{RunFacts, SignalsFile, SignalsFormat};
 use crate::rig_argument;
 use hil_sim::clock;
 use hil_sim::response::{Hold, LiveRig};
-use hil_sim::rig_file::RigFile;
+use hil_sim::rig_file::{Geometry, RigFile};
 use hil_sim::schemes::suggestion;
 
 /// Default rig.
@@ -129,7 +130,7 @@ impl Serve {
         let stop = stop_on_interrupt()?;
         let mut line = broker::open(port, self.baud).map_err(ConnectError::from)?;
         writeln!(out, "{port} is shared until Ctrl-C: dimsart connect {port}")?;
-        let page = self.page(&[(port.to_owned(), port.to_owned())], None, kinds, out)?;
+        let page = self.page(&[(port.to_owned(), port.to_owned())], Vec::new(), kinds, out)?;
         let mut buffer = [0; 1024];
         let mut is_there = true;
         while is_there && !stop.load(Ordering::Relaxed) {
@@ -154,8 +155,13 @@ impl Serve {
             writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
             ports.push((name, port));
         }
-        let references = (0..ports.len()).map(|station| live.references(station)).collect();
-        let page = self.page(&ports, Some((live.hand(), references)), file.kinds, out)?;
+        let stations = (0..ports.len()).zip(Geometry::of_all(file));
+        let simulated = stations.map(|(station, geometry)| Simulated {
+            hand: live.hand(),
+            references: live.references(station),
+            geometry,
+        });
+        let page = self.page(&ports, simulated.collect(), file.kinds, out)?;
         live.run(&stop, |news| eprintln!("dimsart: {news}"));
         end(page.as_ref(), out)?;
         if let Some(recording) = recording {
@@ -168,7 +174,7 @@ impl Serve {
     fn page(
         &self,
         ports: &[(String, String)],
-        hand: Option<(Sender<Hold>, Vec<Vec<String>>)>,
+        simulated: Vec<Simulated>,
         kinds: ModuleKinds,
         out: &mut impl Write,
     ) -> Result<Option<Page>, Box<dyn Error>> {
@@ -183,34 +189,48 @@ impl Serve {
         let listener = listener.map_err(|error| {
             format!("cannot open the TCP port of the page: {error}; give another --page-port, or 0 for any free port")
         })?;
-        let stations = (0..).zip(ports).map(|(number, (name, port))| {
+        let simulated = simulated.into_iter().map(Some).chain(iter::repeat_with(|| None));
+        let stations = (0..).zip(ports).zip(simulated).map(|((number, (name, port)), simulated)| {
             let (at, bits) = (port.clone(), self.baud);
             let open: OpenLine = Box::new(move || Ok(broker::open(&at, bits)?));
-            let hand = hand.clone().map(|(hand, references)| -> Hand {
-                let station = usize::from(number);
-                let known = references.get(station).cloned().unwrap_or_default();
-                Box::new(move |signal, axis, value| {
-                    let reference = format!("{signal}[{axis}]");
-                    if !known.contains(&reference) {
-                        return Err(format!(
-                            "unknown reference {reference}; {}",
-                            suggestion(&reference, &known)
-                        ));
-                    }
-                    // The rig ends with the page.
-                    let _ = hand.send(Hold { station, signal, axis, value });
-                    Ok(())
-                })
-            });
+            let (hand, geometry) = match simulated {
+                Some(simulated) => {
+                    (Some(holder(usize::from(number), simulated.hand, simulated.references)), simulated.geometry)
+                }
+                None => (None, None),
+            };
             let (port, baud) = (port.clone(), line_baud(port, bits));
             let recordings = Some(self.recordings.clone());
-            Station::new(number, name, Access { port, open, kinds, baud, hand, recordings })
+            Station::new(number, name, Access { port, open, kinds, baud, hand, geometry, recordings })
         });
         let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
         writeln!(out, "page: {}", page.url())?;
         out.flush()?;
         Ok(Some(page))
     }
+}
+
+/// The simulated device of a station.
+struct Simulated {
+    /// Holds its references and hands.
+    hand: Sender<Hold>,
+    /// References and hands that can be held.
+    references: Vec<String>,
+    /// Geometry of the device.
+    geometry: Option<Geometry>,
+}
+
+/// Holds references of a station.
+fn holder(station: usize, hand: Sender<Hold>, known: Vec<String>) -> Hand {
+    Box::new(move |signal, axis, value| {
+        let reference = format!("{signal}[{axis}]");
+        if !known.contains(&reference) {
+            return Err(format!("unknown reference {reference}; {}", suggestion(&reference, &known)));
+        }
+        // The rig ends with the page.
+        let _ = hand.send(Hold { station, signal, axis, value });
+        Ok(())
+    })
 }
 
 /// Ends recordings started from the page.

@@ -23,7 +23,7 @@ pub(super) fn station(
         move || Ok(broker::open(&port, baud)?)
     });
     let baud = line_baud(port, baud);
-    let access = Access { port: port.to_owned(), open, kinds, baud, hand: None, recordings: None };
+    let access = Access { port: port.to_owned(), open, kinds, baud, hand: None, geometry: None, recordings: None };
     Station::new(number, &name, access).map_err(|error| format!("{port}: {error}"))
 }
 

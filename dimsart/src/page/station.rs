@@ -33,6 +33,7 @@ use super::action::Action;
 use super::news::Board;
 use super::page_device::{Hand, OpenLine, PageDevice};
 use crate::connect::{ConnectError, Device, Presence, Timeouts};
+use hil_sim::rig_file::Geometry;
 use asking::{Ask, Asked, Asking};
 use looking::look;
 use recording::Recorder;
@@ -54,6 +55,8 @@ pub struct Access {
     pub baud: Option<u32>,
     /// Moves references of a simulated device.
     pub hand: Option<Hand>,
+    /// Geometry of a simulated device.
+    pub geometry: Option<Geometry>,
     /// Folder for recordings; `None` disables them.
     pub recordings: Option<PathBuf>,
 }
@@ -113,12 +116,13 @@ impl Station {
     /// # Errors
     /// An error of the system when a thread cannot be started.
     pub fn new(number: u8, name: &str, access: Access) -> io::Result<Self> {
-        let Access { port, open, kinds, baud, hand, recordings } = access;
+        let Access { port, open, kinds, baud, hand, geometry, recordings } = access;
         let (asking, asks) = channel();
         let (choosing, choices) = channel();
         let (stopping, to_stop) = sync_channel(MAX_STOPS);
         let stops = Arc::new(AtomicU64::new(0));
         let board = Arc::new(Board::new(number));
+        board.tell("geometry", &geometry);
         let greet: Greet = Arc::new(move || Device::greet(open()?, PATIENCE, kinds));
         let start = |what: &str, run: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(format!("{name} {what}")).spawn(run).map(drop)

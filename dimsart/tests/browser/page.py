@@ -15,6 +15,7 @@ from playwright.sync_api import expect, sync_playwright
 
 import editor
 import layout
+import robot
 
 DIMSART, FOLDER = sys.argv[1], Path(sys.argv[2])
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -411,6 +412,19 @@ def layouts(browser, errors):
         server.kill()
 
 
+def robots(playwright, errors):
+    # With WebGL on the processor; the other tests have none, and the page works without.
+    flags = [flag for flag in FLAGS if flag != "--disable-gpu"] + ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
+    browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=flags)
+    server = Server("telerobot")
+    robot.hand(browser, server.url, step, errors)
+    server.kill()
+    server = Server("arm")
+    robot.tip(browser, server.url, step, errors, FOLDER)
+    server.kill()
+    browser.close()
+
+
 def seven(browser, errors):
     step("seven controllers, dark")
     server = Server("arm_bus")
@@ -439,6 +453,7 @@ def main():
         layouts(browser, errors)
         seven(browser, errors)
         browser.close()
+        robots(playwright, errors)
     assert not errors, errors
     print(f"page: usable {usable_s:.2f} s after it was opened")
     print("1 passed, 0 failed")

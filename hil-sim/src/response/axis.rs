@@ -27,6 +27,8 @@ pub(super) struct Axis {
     pub(super) load: Vec<Motion>,
     /// Intended position of its hand.
     pub(super) hand: Vec<Motion>,
+    /// Intended position of its hand that a user sets, in place of `hand`.
+    pub(super) held_hand: Option<f64>,
     /// Release time of its hand, `s`: afterwards the hand only adds its inertia and damping.
     pub(super) let_go_s: f64,
     pub(super) has_let_go: bool,
@@ -36,7 +38,7 @@ pub(super) struct Axis {
 
 impl Axis {
     pub(super) fn new(section: AxisSection, load: Vec<Motion>, hand: Vec<Motion>, let_go_s: f64) -> Self {
-        Self { section, load, hand, let_go_s, has_let_go: false, still: None }
+        Self { section, load, hand, held_hand: None, let_go_s, has_let_go: false, still: None }
     }
 
     /// Time-dependent force: load, and the hand's spring for its intended position.
@@ -45,7 +47,10 @@ impl Axis {
             [] => 0.0,
             motions => repetition.value(time_s, |time_s| sum_at(motions, time_s)),
         };
-        at(&self.load) + if self.has_let_go { 0.0 } else { self.section.hand_stiffness() * at(&self.hand) }
+        if self.has_let_go {
+            return at(&self.load);
+        }
+        at(&self.load) + self.section.hand_stiffness() * self.held_hand.unwrap_or_else(|| at(&self.hand))
     }
 
     /// [`outside`](Self::outside), cached while constant.

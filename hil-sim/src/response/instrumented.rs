@@ -118,6 +118,12 @@ impl Plant for Instrumented {
         self.machine().repeat(repetition);
     }
 
+    fn hold_hand(&mut self, axis: usize, position: Option<f64>) {
+        if let Some(axis) = self.axis(axis) {
+            self.machine().hold_hand(axis, position);
+        }
+    }
+
     fn position(&self, axis: usize) -> f64 {
         self.axis(axis).map_or(f64::NAN, |axis| self.positions.of(axis))
     }

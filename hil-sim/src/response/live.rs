@@ -62,7 +62,7 @@ pub struct LiveRig {
 pub struct Hold {
     /// Index of its controller in the rig.
     pub station: usize,
-    /// Name of the reference, such as `DES_POSITION`; never a measured signal.
+    /// Name of the reference, such as `DES_POSITION`, or `hand`; never a measured signal.
     pub signal: String,
     /// Axis of the controller.
     pub axis: usize,
@@ -134,7 +134,7 @@ impl LiveRig {
         self.hand.clone()
     }
 
-    /// Returns the references of a station that can be held, as `DES_POSITION[0]`.
+    /// Returns the references of a station that can be held, as `DES_POSITION[0]`, and its hands, as `hand[0]`.
     #[must_use]
     pub fn references(&self, station: usize) -> Vec<String> {
         let own = self.references.names().filter(|(of, ..)| *of == station);

@@ -85,6 +85,13 @@ impl Machine {
         self.repetition = repetition;
     }
 
+    /// Sets the intended position of a hand; `None` returns it to the experiment.
+    pub(super) fn hold_hand(&mut self, axis: usize, position: Option<f64>) {
+        if let Some(axis) = self.axes.get_mut(axis) {
+            (axis.held_hand, axis.still) = (position, None);
+        }
+    }
+
     pub(super) fn axis(&self, axis: usize) -> Option<&Axis> {
         self.axes.get(axis)
     }

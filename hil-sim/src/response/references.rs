@@ -8,6 +8,7 @@
 
 use dimsart_core::{TickResult, types};
 
+use super::held_hand::HeldHand;
 use super::moves::motions;
 use crate::experiment::ExperimentError;
 use crate::motion::{Motion, sum_at};
@@ -26,6 +27,7 @@ const MIN_APPROACH_S: f64 = 1.0;
 #[derive(Debug)]
 pub(super) struct References {
     all: Vec<Reference>,
+    hands: Vec<HeldHand>,
     /// Controllers that must be armed before the experiment starts.
     moving: Vec<usize>,
     repetition: Repetition,
@@ -77,12 +79,16 @@ impl References {
     /// Creates the references of a file's controllers, at the start of the experiment.
     pub(super) fn new(file: &RigFile) -> Result<Self, ExperimentError> {
         let (parts, period_s) = (Part::of_all(file), file.sample_period_s);
-        let (mut all, mut moving) = (Vec::new(), Vec::new());
+        let (mut all, mut hands, mut moving) = (Vec::new(), Vec::new(), Vec::new());
         for (station, part) in parts.iter().enumerate() {
             if part.device.moves() {
                 moving.push(station);
             }
             all.extend(Reference::of_part(file, &parts, station, part)?);
+            for (place, (axis, section)) in part.sections().enumerate().filter(|(_, (_, section))| section.hand.is_some()) {
+                let motions = motions(file, &part.device.name, axis, HAND)?;
+                hands.push(HeldHand::new(station, place, section.unit, motions));
+            }
         }
         let end_s = (file.duration_s - period_s).max(0.0);
         let mut return_s = MIN_APPROACH_S;
@@ -99,16 +105,23 @@ impl References {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a duration in ticks")]
         let cycle_ticks = ((end_s + return_s) / period_s).ceil().max(1.0) as u64;
         let repetition = Repetition { start_s: 0.0, end_s, return_s };
-        Ok(Self { all, moving, repetition, period_s, start_tick: 0, cycle_ticks, is_running: false })
+        Ok(Self { all, hands, moving, repetition, period_s, start_tick: 0, cycle_ticks, is_running: false })
     }
 
-    /// Returns the references that can be held: station, signal and axis.
+    /// Returns the references and hands that can be held: station, signal and axis.
     pub(super) fn names(&self) -> impl Iterator<Item = (usize, &str, usize)> {
-        self.all.iter().map(|reference| (reference.station, reference.signal.as_ref(), reference.axis))
+        let references =
+            self.all.iter().map(|reference| (reference.station, reference.signal.as_ref(), reference.axis));
+        references.chain(self.hands.iter().map(|hand| (hand.station, HAND, hand.axis)))
     }
 
     /// Holds a reference at a value; `None` returns it to the experiment. Other references are unchanged.
     pub(super) fn hold(&mut self, station: usize, signal: &str, axis: usize, value: Option<f32>, rig: &Rig) {
+        if signal == HAND {
+            let hand = self.hands.iter_mut().find(|hand| hand.station == station && hand.axis == axis);
+            let value = value.filter(|value| value.is_finite()).map(f64::from);
+            return hand.into_iter().for_each(|hand| hand.hold(value));
+        }
         let found = self.all.iter_mut().find(|reference| {
             reference.station == station && reference.axis == axis && reference.signal == signal
         });
@@ -135,6 +148,12 @@ impl References {
                 && self.all.iter().all(|reference| !reference.is_approaching());
         }
         rig.stations_mut().iter_mut().for_each(|station| station.plant.repeat(self.repetition));
+        for hand in self.hands.iter_mut().filter(|hand| hand.is_moved()) {
+            let position = hand.next(&self.repetition, time_s, self.period_s);
+            if let Some(station) = rig.stations_mut().get_mut(hand.station) {
+                station.plant.hold_hand(hand.axis, position);
+            }
+        }
         for reference in &mut self.all {
             let (station, is_commanded) = (reference.station, commands(rig, reference.commanded_by()));
             let shown = reference.next(is_commanded, &self.repetition, time_s, self.period_s, rig);

@@ -25,6 +25,7 @@ const waiting = new Map();
 const scope = new Scope((names) => told(ask(shown, { do: "stream", names })));
 const recording = new Recording((on) => record(on), say);
 const device = new DevicePicture(by("device"), hold);
+let robots = null;
 const modules = new Modules(ask, say, () => showScheme());
 
 const isOpen = () => socket?.readyState === WebSocket.OPEN;
@@ -39,13 +40,13 @@ function ask(station, what) {
   });
 }
 
-// The reference of an axis is sent at most every 20 ms; the last value is always sent.
+// The reference or hand of an axis is sent at most every 20 ms; the last value is always sent.
 const HOLD_MS = 20;
 const holds = new Map();
 
-function hold(station, axis, value) {
-  const key = `${station} ${axis}`, last = holds.get(key);
-  const go = () => ask(station, { do: "hold", signal: "DES_POSITION", axis, value: value === null ? null : String(value) })
+function hold(station, axis, value, signal = "DES_POSITION") {
+  const key = `${station} ${axis} ${signal}`, last = holds.get(key);
+  const go = () => ask(station, { do: "hold", signal, axis, value: value === null ? null : String(value) })
     .catch((error) => say(error.message, true));
   clearTimeout(last?.timer);
   const now = performance.now(), at = value === null ? now : Math.max(now, (last?.at ?? 0) + HOLD_MS);
@@ -124,6 +125,7 @@ function hear({ kind, station, content, ...message }) {
       // The overview of a dry run of this page is not the running scheme.
       if (kind === "overview" && content.status.is_in_transaction && modules.isBusy(station)) break;
       stations[station][kind] = content;
+      if (kind === "geometry") showRobots();
       if (kind === "overview") scope.period(station, content.identity.sample_period_s);
       show(kind, station);
   }
@@ -131,7 +133,12 @@ function hear({ kind, station, content, ...message }) {
 
 function takeRows(data) {
   const station = scope.rows(data);
-  if (station === shown) device.move(scope.last(station), stations[station].status?.live.is_commanded);
+  const isCommanded = stations[station].status?.live.is_commanded;
+  if (station === shown || robots) {
+    const signals = scope.last(station);
+    if (station === shown) device.move(signals, isCommanded);
+    robots?.move(station, signals, isCommanded);
+  }
 }
 
 function show(kind, station = shown) {
@@ -215,6 +222,7 @@ function showState(here) {
   allow("abort", why);
   modules.allow(why);
   device.allow(why);
+  robots?.allow(why);
   const status = here.overview?.status, identity = here.overview?.identity;
   const bound = status?.timing?.bound_cycles;
   const cycles = (count) => (count == null ? null : `${count} cycles`);
@@ -248,6 +256,21 @@ function showScheme() {
   })));
 }
 
+/** Shows all simulated devices in 3D; loads the view when it is needed. */
+async function showRobots() {
+  const has = stations.some(({ geometry }) => geometry);
+  by("robot-section").hidden = !has;
+  if (!has || !by("robot-details").open) return;
+  if (robots) return robots.show(stations);
+  try {
+    const { Robots } = await import("/robots.js");
+    robots ??= new Robots(by("robot"), hold);
+    robots.show(stations);
+  } catch (error) {
+    by("robot").textContent = `No 3D view: ${error.message}`;
+  }
+}
+
 function showEvents(events) {
   by("events").replaceChildren(...[...(events ?? [])].reverse().map((event) =>
     node("li", { textContent: `tick ${event.tick}: ${event.what} ${event.name}${event.text ? `: ${event.text}` : ""}` })));
@@ -268,6 +291,7 @@ async function stopAll() {
   else say([...new Set(answers.map(({ value }) => String(value)))].join("; "));
 }
 
+by("robot-details").ontoggle = showRobots;
 by("stop").onclick = stopAll;
 addEventListener("keydown", (event) => { if (event.key === "Escape") stopAll(); });
 by("arm").onclick = () => told(ask(shown, { do: "arm" }));

@@ -85,7 +85,7 @@ fn station() -> (Station, Shared) {
         Ok(Box::new(Line { shared: lines.clone(), receiver, answers }))
     });
     let access =
-        Access { port: "test".to_owned(), open, kinds: file.kinds, baud: None, hand: None, recordings: None };
+        Access { port: "test".to_owned(), open, kinds: file.kinds, baud: None, hand: None, geometry: None, recordings: None };
     (Station::new(0, "joint", access).unwrap(), shared)
 }
 
