@@ -10,16 +10,16 @@ use std::process::Command;
 use std::{env, fs};
 
 use boards::BOARDS;
-use boards::catalogue::{BoardInfo, MODULE_GROUPS, SHIPPED_GROUPS};
+use boards::catalogue::{BoardInfo, DEFAULT_GROUPS, MODULE_GROUPS};
+use dimsart_core::limits::Capacities;
 use dimsart_core::limits::MAX_DOF;
-use dimsart_core::limits::Sizes;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, ModuleKinds, join_kinds, memory, scheme, types};
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use own_modules::OWN;
 
 /// Memory of the controller that encodes built-in schemes.
-type BuildMemory = memory!(Sizes::DEFAULT);
+type BuildMemory = memory!(Capacities::DEFAULT);
 
 /// All kinds, as in the host's tools: the built-in scheme contains their fingerprint.
 const KINDS: ModuleKinds = join_kinds![ALL, OWN];
@@ -103,7 +103,7 @@ fn link() {
     let has = |groups: &[&str]| groups.iter().all(|group| features.iter().any(|feature| feature == group));
     let untold: &[&str] = match () {
         () if has(&MODULE_GROUPS) => &MODULE_GROUPS,
-        () if has(&SHIPPED_GROUPS) => &SHIPPED_GROUPS,
+        () if has(&DEFAULT_GROUPS) => &DEFAULT_GROUPS,
         () => &[],
     };
     let has_some = MODULE_GROUPS.iter().any(|group| has(&[group]));

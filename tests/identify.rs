@@ -4,7 +4,7 @@
 //! `cargo xtask test` writes the case (`tests/oracle/identify.py`) and sets `DIMSART_ORACLE` to its folder.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use hil_sim::identify::{Experiment, ForceIs, frequency_response, identify};
+use hil_sim::identify::{Experiment, ForceTiming, frequency_response, identify};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -60,8 +60,8 @@ fn the_frequency_response_is_the_one_that_scipy_finds() {
 fn a_joint_in_closed_form_has_what_was_put_in() {
     let Some(Reference { tick_s, joint, .. }) = reference() else { return };
     let Joint { position, force, truth } = &joint;
-    let force_is = ForceIs::Measured;
-    let experiment = Experiment { period_s: tick_s, position, force, force_is, turns: true, others: &[] };
+    let force_timing = ForceTiming::Measured;
+    let experiment = Experiment { period_s: tick_s, position, force, force_timing, turns: true, others: &[] };
     let found = identify(&experiment).unwrap();
     for (estimate, truth) in found.estimates.iter().zip(truth) {
         let (value, _) = estimate.value.unwrap();

@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use dimsart_core::scheme;
 use hil_sim::experiment::Experiment;
 use hil_sim::recorder::Recorder;
-use hil_sim::recording::{Column, Piece, Recording};
+use hil_sim::recording::{Column, Recording, RecordingChunk};
 use hil_sim::rig::Rig;
 use hil_sim::rig_file::RigFile;
 
@@ -89,15 +89,15 @@ fn command(rig: &mut Rig, rows: &str) {
 }
 
 /// Returns the recording received by a listener.
-fn told(pieces: &Receiver<Piece>) -> Recording {
+fn told(pieces: &Receiver<RecordingChunk>) -> Recording {
     pieces.iter().fold(Recording::default(), |mut recording, piece| match piece {
-        Piece::Columns(columns) => {
+        RecordingChunk::Columns(columns) => {
             let known = recording.columns().len();
             recording.add_columns(columns[known..].to_vec());
             recording
         }
-        Piece::Inputs(_) => recording,
-        Piece::Rows(values) => {
+        RecordingChunk::Inputs(_) => recording,
+        RecordingChunk::Rows(values) => {
             for row in values.chunks_exact(2 + recording.columns().len()) {
                 recording.add_row(row[1]).copy_from_slice(&row[2..]);
             }
@@ -121,7 +121,7 @@ fn what_is_plugged_in_later_is_recorded_from_then_on() {
     let (listener, pieces) = sync_channel(1000);
     for tick in 0..40 {
         if tick == 5 {
-            recorder.tell(listener.clone());
+            recorder.add_listener(listener.clone());
         }
         match tick {
             10 => command(

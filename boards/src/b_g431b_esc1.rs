@@ -19,10 +19,10 @@
 
 mod amplifiers;
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 use dimsart_core::{AxisKind, Counter, DataType, InputLimits, OutputLimits};
 use dimsart_link::StartCause;
-use drive::{Checked, Encoder};
+use drive::{Encoder, ValidConfiguration};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::pac;
@@ -32,7 +32,7 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::{bind_interrupts, dma, usart};
 use static_cell::ConstStaticCell;
 
-use crate::board::{Axes, Board, Parts};
+use crate::board::{Axes, Board, BoardParts};
 use crate::catalogue::ThreePhaseDrive;
 use crate::catalogue::b_g431b_esc1::{DRIVE, TOOLING};
 use crate::stm32g4::bridge::ThreePhase;
@@ -52,7 +52,7 @@ const PWM_TOP: u16 = 4_200;
 const DEAD_TIME: u8 = 0b1000_0011;
 const CRYSTAL: Hertz = Hertz(8_000_000);
 
-const CHECKED: Checked = match DRIVE.configuration.checked() {
+const CHECKED: ValidConfiguration = match DRIVE.configuration.checked() {
     Ok(checked) => checked,
     Err(_) => panic!("value in the motor configuration out of range"),
 };
@@ -82,7 +82,7 @@ pub struct BG431bEsc1;
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
     /// Capacity in addition to queues, log and stack.
-    const SIZES: Sizes = TOOLING.sizes;
+    const SIZES: Capacities = TOOLING.sizes;
     /// Without the timing of ticks, for lack of memory; `dimsart connect` shows it.
     const OUTPUTS: &'static [&'static DataType] = three_phase_joint::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = &[&[three_phase::torque_limits(&DRIVE.configuration)]];
@@ -98,7 +98,7 @@ impl Board for BG431bEsc1 {
     type Flash = SchemeFlash;
     type Idle = Sleep;
 
-    fn start() -> Parts<Self> {
+    fn start() -> BoardParts<Self> {
         let chip = stm32g4::start(CRYSTAL);
 
         let outputs = AfType::output(OutputType::PushPull, Speed::High);
@@ -172,7 +172,7 @@ impl ThreePhase for BG431bEsc1 {
     type Encoder = Quadrature;
     type EncoderPins = ();
 
-    fn image() -> Checked {
+    fn image() -> ValidConfiguration {
         CHECKED
     }
 

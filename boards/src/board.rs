@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use dimsart_core::limits::{MAX_DOF, Sizes};
+use dimsart_core::limits::{Capacities, MAX_DOF};
 use dimsart_core::{
     AxisKind, Counter, DataType, DriveFault, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _,
     TickResult, Word, types,
@@ -32,7 +32,7 @@ pub trait Board: Sized {
     /// Name, equal to the build's feature.
     const NAME: &'static str;
     /// Capacity of the board's memory.
-    const SIZES: Sizes;
+    const SIZES: Capacities;
     /// Measured types; the last ones are the timing of ticks, a suffix of [`types::TIMING`] or all of it.
     const OUTPUTS: &'static [&'static DataType];
     /// Commanded types.
@@ -66,7 +66,7 @@ pub trait Board: Sized {
     ///
     /// The actuators are then in their safe state. An error that prevents control of the device is a panic:
     /// the panic handler brings the device to rest and reports the reason.
-    fn start() -> Parts<Self>;
+    fn start() -> BoardParts<Self>;
 
     /// Returns [`OUTPUTS`](Self::OUTPUTS) after the [start](Self::start), when the measured types are known.
     #[must_use]
@@ -118,7 +118,7 @@ pub struct Limits {
 }
 
 /// The parts of a started board.
-pub struct Parts<B: Board> {
+pub struct BoardParts<B: Board> {
     /// The type of motion on each axis of the device.
     pub axes: Axes,
     /// Runs tasks above everything but the time driver: the tick.
@@ -195,7 +195,7 @@ pub trait Joints: Send + 'static {
     /// Commands every actuator, in the order of the descriptor's inputs, in bounded time without blocking.
     ///
     /// `commanded` is the finite output of the safety stage and drives the actuators whatever `tick` is,
-    /// because a safe value may be approached gradually. A power stage is on only while [`is_driven`]. An
+    /// because a safe value may be approached gradually. A power stage is on only while [`needs_power_stage`]. An
     /// actuator that fails is detected by its sensors, or disarms itself.
     fn write(&mut self, tick: TickResult, commanded: &[Word]);
 }
@@ -206,7 +206,7 @@ pub trait CommandPort: Read + Write + Send + 'static {}
 
 /// Returns whether a power stage is needed: the scheme commands, or a ramp to zero is in progress.
 #[must_use]
-pub fn is_driven(tick: TickResult, commanded: &[Word]) -> bool {
+pub fn needs_power_stage(tick: TickResult, commanded: &[Word]) -> bool {
     matches!(tick, TickResult::Ran) || commanded.iter().any(|word| f32::from_word(*word) != 0.0)
 }
 

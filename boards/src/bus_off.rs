@@ -32,7 +32,7 @@ pub const REJOIN_WINDOW_MS: u32 = 10_000;
 
 /// The action to take now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub enum RecoveryAction {
     /// No action.
     None,
     /// Rejoin the bus.
@@ -75,21 +75,23 @@ impl BusOff {
     }
 
     /// Polls the logic at time `now_ms` (may wrap) with the node's bus-off state. Call about every 10 ms.
-    pub fn poll(&mut self, now_ms: u32, is_off: bool) -> Step {
+    pub fn poll(&mut self, now_ms: u32, is_off: bool) -> RecoveryAction {
         match self.state {
-            State::GivenUp => Step::None,
+            State::GivenUp => RecoveryAction::None,
             _ if !is_off => {
                 self.state = State::On;
-                Step::None
+                RecoveryAction::None
             }
             State::On | State::Joining => {
                 self.state = State::Off { since_ms: now_ms };
-                Step::None
+                RecoveryAction::None
             }
-            State::Off { since_ms } if now_ms.wrapping_sub(since_ms) < REJOIN_DELAY_MS => Step::None,
+            State::Off { since_ms } if now_ms.wrapping_sub(since_ms) < REJOIN_DELAY_MS => {
+                RecoveryAction::None
+            }
             State::Off { .. } if self.has_joined_too_often(now_ms) => {
                 self.state = State::GivenUp;
-                Step::GiveUp
+                RecoveryAction::GiveUp
             }
             State::Off { .. } => {
                 self.state = State::Joining;
@@ -98,14 +100,14 @@ impl BusOff {
                     *last = now_ms;
                 }
                 self.count = self.count.saturating_add(1);
-                Step::Rejoin
+                RecoveryAction::Rejoin
             }
         }
     }
 
     /// Like [`poll`](Self::poll), for the board's only node: also handles [`reset`] and updates
     /// [`last_event`].
-    pub fn poll_board(&mut self, now_ms: u32, is_off: bool) -> Step {
+    pub fn poll_board(&mut self, now_ms: u32, is_off: bool) -> RecoveryAction {
         if IS_RESET.swap(false, Relaxed) {
             self.reset(now_ms);
         }
@@ -152,10 +154,15 @@ mod tests {
     use super::*;
 
     /// Polls every 10 ms with `is_off` by time since the start; returns the actions with their times.
-    fn run(node: &mut BusOff, start_ms: u32, looks: u32, is_off: impl Fn(u32) -> bool) -> Vec<(u32, Step)> {
+    fn run(
+        node: &mut BusOff,
+        start_ms: u32,
+        looks: u32,
+        is_off: impl Fn(u32) -> bool,
+    ) -> Vec<(u32, RecoveryAction)> {
         let times = (0..looks).map(|look| 10 * look);
         let steps = times.map(|time| (time, node.poll(start_ms.wrapping_add(time), is_off(time))));
-        steps.filter(|(_, step)| *step != Step::None).collect()
+        steps.filter(|(_, step)| *step != RecoveryAction::None).collect()
     }
 
     #[test]
@@ -168,11 +175,15 @@ mod tests {
         for start_ms in [0, u32::MAX - 150] {
             let mut node = BusOff::new();
             let steps = run(&mut node, start_ms, 1_000_000, |_| true);
-            let expected =
-                [(100, Step::Rejoin), (210, Step::Rejoin), (320, Step::Rejoin), (430, Step::GiveUp)];
+            let expected = [
+                (100, RecoveryAction::Rejoin),
+                (210, RecoveryAction::Rejoin),
+                (320, RecoveryAction::Rejoin),
+                (430, RecoveryAction::GiveUp),
+            ];
             assert_eq!(steps, expected);
             assert_eq!(node.rejoins(), 3);
-            assert_eq!(node.poll(0, false), Step::None);
+            assert_eq!(node.poll(0, false), RecoveryAction::None);
             assert_eq!(node.event(), EventKind::BusOffPermanent);
         }
     }
@@ -182,13 +193,14 @@ mod tests {
         for start_ms in [0, u32::MAX - 500] {
             let mut node = BusOff::new();
             let given_up = run(&mut node, start_ms, 50, |_| true);
-            assert_eq!(given_up.last(), Some(&(430, Step::GiveUp)));
+            assert_eq!(given_up.last(), Some(&(430, RecoveryAction::GiveUp)));
             let now_ms = start_ms.wrapping_add(500);
             node.reset(now_ms);
             assert_eq!(node.event(), EventKind::BusOff);
             let again = run(&mut node, now_ms, 1_000, |_| true);
-            let joins = [(0, Step::Rejoin), (110, Step::Rejoin), (220, Step::Rejoin)];
-            assert_eq!(again, [&joins[..], &[(330, Step::GiveUp)]].concat());
+            let joins =
+                [(0, RecoveryAction::Rejoin), (110, RecoveryAction::Rejoin), (220, RecoveryAction::Rejoin)];
+            assert_eq!(again, [&joins[..], &[(330, RecoveryAction::GiveUp)]].concat());
             node.reset(now_ms.wrapping_add(10_000));
             assert_eq!(run(&mut node, now_ms.wrapping_add(10_000), 100, |time| time == 0).len(), 1);
             assert_eq!(node.event(), EventKind::BusRejoined);
@@ -208,7 +220,7 @@ mod tests {
         // Off for 200 ms every 4 s: at most 3 times in any 10 s.
         let mut node = BusOff::new();
         let steps = run(&mut node, 0, 40_000, |time| time % 4000 >= 3800 && time % 4000 <= 3900);
-        assert!(steps.iter().all(|(_, step)| *step == Step::Rejoin));
+        assert!(steps.iter().all(|(_, step)| *step == RecoveryAction::Rejoin));
         assert_eq!((steps.len(), node.rejoins()), (100, 100));
     }
 
@@ -220,8 +232,8 @@ mod tests {
         let steps =
             run(&mut node, 0, 3000, |time| off.iter().any(|start| (*start..=start + 100).contains(&time)));
         let (last, others) = steps.split_last().unwrap();
-        assert_eq!(others, [100, 9100, 9600, 10_300].map(|time| (time, Step::Rejoin)));
-        assert_eq!(*last, (10_800, Step::GiveUp));
+        assert_eq!(others, [100, 9100, 9600, 10_300].map(|time| (time, RecoveryAction::Rejoin)));
+        assert_eq!(*last, (10_800, RecoveryAction::GiveUp));
     }
 
     #[test]

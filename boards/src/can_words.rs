@@ -21,7 +21,7 @@ const LENGTHS: [u8; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64
 
 /// Encodes a frame with a 29-bit identifier and bit rate switching; `None` for an invalid length.
 #[must_use]
-pub fn to_send(identifier: u32, length: usize) -> Option<[u32; 2]> {
+pub fn encode_header(identifier: u32, length: usize) -> Option<[u32; 2]> {
     let code = (0..).zip(LENGTHS).find(|(_, known)| usize::from(*known) == length);
     let (code, _): (u32, _) = code?;
     Some([identifier & 0x1FFF_FFFF | EXTENDED, FD | FAST | code << LENGTH])
@@ -29,7 +29,7 @@ pub fn to_send(identifier: u32, length: usize) -> Option<[u32; 2]> {
 
 /// Decodes identifier and length in bytes of a received frame; `None` for a remote request.
 #[must_use]
-pub fn received([first, second]: [u32; 2]) -> Option<(u32, usize)> {
+pub fn decode_header([first, second]: [u32; 2]) -> Option<(u32, usize)> {
     let identifier = match first & EXTENDED {
         0 => first >> STANDARD_ID & 0x7FF,
         _ => first & 0x1FFF_FFFF,
@@ -49,22 +49,22 @@ mod tests {
     /// From the figures of RM0440: XTD bit 30, RTR bit 29; FDF bit 21, BRS bit 20, DLC from bit 16.
     #[test]
     fn words_are_as_the_manual_draws_them() {
-        assert_eq!(to_send(0x8001, 32), Some([0x4000_8001, 0x003D_0000]));
-        assert_eq!(to_send(0x1FFF_FFFF, 0), Some([0x5FFF_FFFF, 0x0030_0000]));
+        assert_eq!(encode_header(0x8001, 32), Some([0x4000_8001, 0x003D_0000]));
+        assert_eq!(encode_header(0x1FFF_FFFF, 0), Some([0x5FFF_FFFF, 0x0030_0000]));
         // A reply with a standard identifier, filter 2, a time stamp, error passive.
-        assert_eq!(received([0x8400_0000, 0x023C_1234]), Some((0x100, 24)));
-        assert_eq!(received([0x4000_1000, 0x003C_0000]), Some((0x1000, 24)));
-        assert_eq!(received([0x6000_1000, 0x0000_0000]), None, "a remote request");
-        assert_eq!(received([0x0004_0000, 0x000F_0000]), Some((1, 8)), "a classic frame");
+        assert_eq!(decode_header([0x8400_0000, 0x023C_1234]), Some((0x100, 24)));
+        assert_eq!(decode_header([0x4000_1000, 0x003C_0000]), Some((0x1000, 24)));
+        assert_eq!(decode_header([0x6000_1000, 0x0000_0000]), None, "a remote request");
+        assert_eq!(decode_header([0x0004_0000, 0x000F_0000]), Some((1, 8)), "a classic frame");
     }
 
     #[test]
     fn what_is_sent_is_what_comes_in() {
         for length in 0..=MAX_BYTES + 1 {
             let is_one = LENGTHS.iter().any(|known| usize::from(*known) == length);
-            assert_eq!(to_send(0x123, length).is_some(), is_one, "{length}");
-            if let Some(words) = to_send(0x123, length) {
-                assert_eq!(received(words), Some((0x123, length)));
+            assert_eq!(encode_header(0x123, length).is_some(), is_one, "{length}");
+            if let Some(words) = encode_header(0x123, length) {
+                assert_eq!(decode_header(words), Some((0x123, length)));
             }
         }
     }

@@ -8,7 +8,7 @@ mod pins;
 
 pub use pins::{Pin, PinDirection, PinGroup, PinMode, PinPlan};
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 
 use crate::current_loop::Scaling;
 use crate::motor::Motor;
@@ -40,7 +40,7 @@ pub struct BoardInfo {
     /// of the default image, if limited; cycles and stack of the shipped scheme's parts.
     pub budget: &'static str,
     /// Further data for tools.
-    pub tooling: Tooling,
+    pub tooling: ToolData,
 }
 
 impl BoardInfo {
@@ -53,7 +53,7 @@ impl BoardInfo {
 
 /// Data of a board other than its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Tooling {
+pub struct ToolData {
     /// Processor clock.
     pub clock_hz: u32,
     /// Ticks per second.
@@ -61,7 +61,7 @@ pub struct Tooling {
     /// Axes of its device; the default for a simulated device.
     pub axes: usize,
     /// Capacity of its controllers; programs only in images that can run them.
-    pub sizes: Sizes,
+    pub sizes: Capacities,
     /// Memory that its images run from.
     pub memory: CodeMemory,
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; `None` for an emulated board.
@@ -96,7 +96,7 @@ pub struct ThreePhaseDrive {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CodeMemory {
     /// Without wait states.
-    NoWait,
+    ZeroWaitStates,
     /// Flash of an STM32G4 above 136 MHz, with wait states, and CCM SRAM without.
     Stm32G4,
 }
@@ -117,7 +117,7 @@ pub const MODULE_GROUPS: [&str; 11] = [
 ];
 
 /// The default groups.
-pub const SHIPPED_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
+pub const DEFAULT_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
 
 /// Upper bounds of the cost of each module kind on nucleo-g474re: a line per kind with name, cycles without
 /// axes, cycles per axis, and the reason if unknown.
@@ -147,4 +147,4 @@ pub fn module_costs(text: &str) -> impl Iterator<Item = ModuleCost<'_>> {
 }
 
 /// Indirect calls of the firmware, which a tool cannot find in the machine code.
-pub const CALLS: &str = include_str!("../calls.txt");
+pub const INDIRECT_CALLS: &str = include_str!("../calls.txt");

@@ -16,16 +16,16 @@
 mod model;
 
 /// CAN FD at 1 and 4 Mbit/s divides this frequency.
-pub const FOR_4_MBIT_HZ: u32 = 168_000_000;
+pub const CAN_4_MBIT_CLOCK_HZ: u32 = 168_000_000;
 /// CAN FD at 1 and 5 Mbit/s, used by moteus drives, divides this frequency.
-pub const FOR_5_MBIT_HZ: u32 = 170_000_000;
+pub const CAN_5_MBIT_CLOCK_HZ: u32 = 170_000_000;
 /// Frequency of processor, buses and timers.
-pub const CLOCK_HZ: u32 = if cfg!(feature = "moteus") { FOR_5_MBIT_HZ } else { FOR_4_MBIT_HZ };
+pub const CLOCK_HZ: u32 = if cfg!(feature = "moteus") { CAN_5_MBIT_CLOCK_HZ } else { CAN_4_MBIT_CLOCK_HZ };
 /// Input frequency of the PLL.
 const PLL_IN_HZ: u32 = 4_000_000;
 const PLL_DIVIDES: u32 = 2;
 /// More than 1 us at half of either frequency.
-const PAUSE_CYCLES: u32 = FOR_5_MBIT_HZ / 1_000_000;
+const PAUSE_CYCLES: u32 = CAN_5_MBIT_CLOCK_HZ / 1_000_000;
 
 /// A register that the switch reads or writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,8 +77,8 @@ const WAIT_STATES: u32 = 4;
 /// Switches from the crystal (`crystal_hz`, the current system clock) to `clock_hz`. The PLL must be off, as
 /// after a reset. Waits for the PLL's lock without a timeout.
 ///
-/// `crystal_hz` is a multiple of 4 MHz, up to 64 MHz; `clock_hz` is [`FOR_4_MBIT_HZ`] or [`FOR_5_MBIT_HZ`].
-pub fn switch(registers: &mut impl Registers, crystal_hz: u32, clock_hz: u32) {
+/// `crystal_hz` is a multiple of 4 MHz, up to 64 MHz; `clock_hz` is [`CAN_4_MBIT_CLOCK_HZ`] or [`CAN_5_MBIT_CLOCK_HZ`].
+pub fn switch_clock(registers: &mut impl Registers, crystal_hz: u32, clock_hz: u32) {
     registers.write(Register::PllConfiguration, pll_configuration(crystal_hz, clock_hz));
     set_and_await(registers, PLLON, 1, PLLRDY);
     set(registers, HPRE, BY_2);

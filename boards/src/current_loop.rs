@@ -16,15 +16,15 @@ mod exchange;
 mod identifying;
 mod scaling;
 
-pub use exchange::{Age, Exchange, LoopState};
-pub use identifying::IdentificationExchange;
-pub use scaling::{MAX_COUNTS, OffsetError, Rest, Scaling, amperes};
+pub use exchange::{CommandAge, LoopExchange, LoopState};
+pub use identifying::IdentificationMailbox;
+pub use scaling::{MAX_COUNTS, OffsetError, Scaling, ZeroCurrentOffsets, amperes};
 
 use dimsart_core::DriveFault;
 use dimsart_link::protocol::{self, IdentificationFailure, IdentifiedMotor};
 use drive::{
-    As5600, Checked, Configuration, Drive, Duties, Encoder, Identification, IdentificationError,
-    IdentificationStep, Identified, Rotor, Sample,
+    As5600, Configuration, Drive, Duties, Encoder, Identification, IdentificationError, IdentificationStep,
+    MotorEstimate, Rotor, Sample, ValidConfiguration,
 };
 
 use crate::catalogue::ThreePhaseDrive;
@@ -39,7 +39,7 @@ const MAX_TICKS: f32 = 3.0;
 
 /// ADC counts of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Counts {
+pub struct AdcCounts {
     /// Phases U, V, W.
     pub phases: [u16; 3],
     /// Supply.
@@ -52,11 +52,11 @@ pub struct Counts {
 #[derive(Debug, Clone)]
 pub struct CurrentLoop {
     scaling: Scaling,
-    configuration: Checked,
-    rest_counts: [f32; 3],
+    configuration: ValidConfiguration,
+    zero_current_counts: [f32; 3],
     stage: Stage,
     drive: Drive,
-    age: Age,
+    age: CommandAge,
     /// Periods without a torque command, up to its maximum age.
     idle_periods: u16,
     max_periods: u16,
@@ -66,33 +66,33 @@ pub struct CurrentLoop {
 
 #[derive(Debug, Clone)]
 enum Stage {
-    AtRest(Rest),
+    AtRest(ZeroCurrentOffsets),
     Unaligned,
     Aligning(Identification),
     Driving,
-    IdentificationExchange(Identification),
+    IdentificationMailbox(Identification),
     Identified,
 }
 
 impl CurrentLoop {
     /// Creates a loop with the bridge off, for ticks of `tick_s`. `checked` is the drive's configuration.
     #[must_use]
-    pub fn new(drive: &ThreePhaseDrive, checked: &Checked, tick_s: f32) -> Self {
+    pub fn new(drive: &ThreePhaseDrive, checked: &ValidConfiguration, tick_s: f32) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
         let max_periods = (MAX_TICKS * tick_s / checked.get().inverter.period_s + 0.5) as u16;
         let Configuration { encoder, inverter, .. } = checked.get();
         let encoder_age_s = match encoder {
             Encoder::Incremental { .. } => 0.0,
             Encoder::As5047p | Encoder::Mt6701 => SPI_AGE_PERIODS * inverter.period_s,
-            Encoder::As5600 => I2C_AGE_PERIODS * inverter.period_s + As5600::AGE_S,
+            Encoder::As5600 => I2C_AGE_PERIODS * inverter.period_s + As5600::MEAN_LATENCY_S,
         };
         Self {
             scaling: drive.scaling,
             configuration: *checked,
-            rest_counts: [drive.scaling.rest_counts; 3],
-            stage: Stage::AtRest(Rest::default()),
-            drive: Drive::from_checked(checked).with_encoder_age(encoder_age_s),
-            age: Age::new(max_periods),
+            zero_current_counts: [drive.scaling.zero_current_counts; 3],
+            stage: Stage::AtRest(ZeroCurrentOffsets::default()),
+            drive: Drive::from_valid(checked).with_encoder_latency(encoder_age_s),
+            age: CommandAge::new(max_periods),
             idle_periods: 0,
             max_periods,
             periods: 0,
@@ -102,18 +102,18 @@ impl CurrentLoop {
 
     /// Runs one period; returns the duty cycles for the next one, or `None` to turn off the bridge at once.
     #[inline]
-    pub fn period(&mut self, counts: Counts, rotor: Rotor, exchange: &Exchange) -> Option<Duties> {
-        let wanted_nm = self.age.fresh_command(exchange.commanded());
+    pub fn run_period(&mut self, counts: AdcCounts, rotor: Rotor, exchange: &LoopExchange) -> Option<Duties> {
+        let wanted_nm = self.age.fresh_command(exchange.command_and_count());
         self.idle_periods = if wanted_nm.is_some() { 0 } else { self.idle_periods.saturating_add(1) };
         if self.idle_periods >= self.max_periods {
             self.idle_periods = 0;
             self.forget();
         }
-        if exchange.identifying.is_asked() {
-            self.begin_identification(&exchange.identifying);
+        if exchange.identification.is_requested() {
+            self.begin_identification(&exchange.identification);
         }
         let sample = Sample {
-            phase_a: amperes(counts.phases, self.rest_counts, &self.scaling),
+            phase_a: amperes(counts.phases, self.zero_current_counts, &self.scaling),
             bus_v: f32::from(counts.bus) * self.scaling.v_per_count,
             temperature_c: self.scaling.celsius(counts.temperature),
             rotor,
@@ -126,7 +126,7 @@ impl CurrentLoop {
         let duties = if is_driving { duties } else { self.prepare(&counts, &sample, is_wanted, exchange) };
         self.periods = self.periods.wrapping_add(1);
         let measured = self.drive.measured();
-        exchange.tell(&LoopState {
+        exchange.publish(&LoopState {
             angle: measured.angle.0,
             speed_rad_per_s: measured.speed_rad_per_s,
             current_a: measured.current_a.q,
@@ -144,28 +144,28 @@ impl CurrentLoop {
     #[inline(never)]
     fn prepare(
         &mut self,
-        counts: &Counts,
+        counts: &AdcCounts,
         sample: &Sample,
         is_wanted: bool,
-        exchange: &Exchange,
+        exchange: &LoopExchange,
     ) -> Option<Duties> {
         match &mut self.stage {
             Stage::AtRest(rest) => match rest.step(counts.phases, &self.scaling) {
                 Ok(None) => {}
-                Ok(Some(rest_counts)) => {
-                    self.rest_counts = rest_counts;
+                Ok(Some(zero_current_counts)) => {
+                    self.zero_current_counts = zero_current_counts;
                     self.drive.clear();
                     self.stage = self.first_stage();
                     self.fault = None;
                 }
                 Err(OffsetError) => {
                     self.fault = Some(DriveFault::CurrentSensors);
-                    self.stage = Stage::AtRest(Rest::default());
+                    self.stage = Stage::AtRest(ZeroCurrentOffsets::default());
                 }
             },
             Stage::Unaligned => {
                 if is_wanted && self.fault.is_none() && self.drive.fault().is_none() {
-                    let identification = Identification::offset_only(
+                    let identification = Identification::with_offset_only(
                         &self.configuration,
                         self.configuration.get().aligning_current_a,
                     );
@@ -197,17 +197,19 @@ impl CurrentLoop {
                     self.stage = Stage::Unaligned;
                 }
             },
-            Stage::IdentificationExchange(_) if !is_wanted => {
-                exchange.identifying.tell(failed(IdentificationFailure::Ended));
+            Stage::IdentificationMailbox(_) if !is_wanted => {
+                exchange.identification.publish(failed(IdentificationFailure::Ended));
                 self.stage = self.first_stage();
             }
-            Stage::IdentificationExchange(identification) => {
+            Stage::IdentificationMailbox(identification) => {
                 // The motor's parameters may be wrong; only faults of the bridge count.
                 self.drive.clear();
                 match identification.step(sample) {
                     IdentificationStep::Running(duties) => return Some(duties),
                     IdentificationStep::Finished(end) => {
-                        exchange.identifying.tell(end.map_or_else(|error| failed(why(error)), found));
+                        exchange
+                            .identification
+                            .publish(end.map_or_else(|error| failed(identification_failure(error)), found));
                         self.stage = Stage::Identified;
                     }
                 }
@@ -225,15 +227,15 @@ impl CurrentLoop {
 
     #[cold]
     #[inline(never)]
-    fn begin_identification(&mut self, identifying: &IdentificationExchange) {
-        let current_a = identifying.take_asked();
+    fn begin_identification(&mut self, identification: &IdentificationMailbox) {
+        let current_a = identification.take_request();
         if matches!(self.stage, Stage::AtRest(_)) {
             let fault = self.fault.unwrap_or(DriveFault::CurrentSensors);
-            return identifying.tell(failed(IdentificationFailure::Drive(fault.reason().number())));
+            return identification.publish(failed(IdentificationFailure::Drive(fault.reason().number())));
         }
         self.fault = None;
         self.stage =
-            Stage::IdentificationExchange(Identification::with_inductances(&self.configuration, current_a));
+            Stage::IdentificationMailbox(Identification::with_inductances(&self.configuration, current_a));
     }
 
     /// Clears a fault.
@@ -258,7 +260,7 @@ fn failed(failure: IdentificationFailure) -> protocol::Identification {
 }
 
 /// Converts the result to protocol units.
-fn found(found: Identified) -> protocol::Identification {
+fn found(found: MotorEstimate) -> protocol::Identification {
     protocol::Identification::Found(IdentifiedMotor {
         resistance_ohm: found.resistance_ohm,
         direct_inductance_h: found.direct_inductance_h,
@@ -271,7 +273,7 @@ fn found(found: Identified) -> protocol::Identification {
 
 /// Converts an identification error to the protocol's.
 #[must_use]
-pub fn why(error: IdentificationError) -> IdentificationFailure {
+pub fn identification_failure(error: IdentificationError) -> IdentificationFailure {
     match error {
         IdentificationError::SupplyTooLow => IdentificationFailure::SupplyTooLow,
         IdentificationError::PhaseMismatch => IdentificationFailure::PhaseMismatch,

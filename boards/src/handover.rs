@@ -29,7 +29,7 @@ impl Sleeper {
 }
 
 /// A queue of at most `N` - 1 items with one sender and one receiver.
-pub struct Handover<T, const N: usize> {
+pub struct ItemQueue<T, const N: usize> {
     queue: Queue<T, N>,
     both: Both,
 }
@@ -47,13 +47,13 @@ impl Both {
     }
 }
 
-impl<T, const N: usize> Default for Handover<T, N> {
+impl<T, const N: usize> Default for ItemQueue<T, N> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<T, const N: usize> Handover<T, N> {
+impl<T, const N: usize> ItemQueue<T, N> {
     /// Creates an empty queue.
     #[must_use]
     pub const fn new() -> Self {
@@ -76,17 +76,17 @@ pub struct QueueSender<T: 'static> {
 
 impl<T> QueueSender<T> {
     /// Sends an item, or drops and counts it if the queue is full. Does not block.
-    pub fn give(&mut self, item: T) {
+    pub fn send(&mut self, item: T) {
         if self.producer.enqueue(item).is_err() {
             self.both.count();
         }
         self.both.waiting.wake();
     }
 
-    /// Like [`give`](Self::give), but keeps a number of places free for more important items.
+    /// Like [`send`](Self::send), but keeps a number of places free for more important items.
     pub fn send_with_reserve(&mut self, item: T, places: usize) {
         if self.producer.len() + places < self.producer.capacity() {
-            self.give(item);
+            self.send(item);
         } else {
             self.both.count();
         }
@@ -94,7 +94,7 @@ impl<T> QueueSender<T> {
 
     /// Waits until the queue is empty, so that the next items are not dropped. Polls, because the receiver
     /// does not wake the sender: for rare items from tasks below the tick.
-    pub async fn taken(&mut self) {
+    pub async fn wait_empty(&mut self) {
         poll_fn(|context| {
             if self.producer.is_empty() {
                 return Poll::Ready(());
@@ -126,7 +126,7 @@ impl<T> QueueReceiver<T> {
     }
 
     /// Takes an item, if any. Does not block.
-    pub fn take(&mut self) -> Option<T> {
+    pub fn try_receive(&mut self) -> Option<T> {
         self.consumer.dequeue()
     }
 
@@ -138,7 +138,7 @@ impl<T> QueueReceiver<T> {
     }
 
     /// Waits until there is an item.
-    pub async fn ready(&mut self) {
+    pub async fn ready_to_receive(&mut self) {
         poll_fn(|context| {
             self.both.waiting.register(context);
             if self.consumer.ready() { Poll::Ready(()) } else { Poll::Pending }
@@ -147,7 +147,7 @@ impl<T> QueueReceiver<T> {
     }
 
     /// Waits for an item.
-    pub async fn next(&mut self) -> T {
+    pub async fn receive(&mut self) -> T {
         poll_fn(|context| {
             self.both.waiting.register(context);
             self.consumer.dequeue().map_or(Poll::Pending, Poll::Ready)
@@ -169,24 +169,24 @@ mod tests {
 
     #[test]
     fn what_is_given_sparingly_leaves_room_for_what_matters_more() {
-        let (mut giver, mut taker) = Box::leak(Box::new(Handover::<u8, 4>::new())).split();
+        let (mut giver, mut taker) = Box::leak(Box::new(ItemQueue::<u8, 4>::new())).split();
         for _ in 0..10 {
             giver.send_with_reserve(0, 2);
         }
-        giver.give(1);
+        giver.send(1);
         giver.send_with_reserve(0, 2);
-        giver.give(2);
-        assert_eq!([(); 4].map(|()| taker.take()), [Some(0), Some(1), Some(2), None]);
+        giver.send(2);
+        assert_eq!([(); 4].map(|()| taker.try_receive()), [Some(0), Some(1), Some(2), None]);
         assert_eq!(giver.dropped(), 10);
     }
 
     #[test]
     fn who_waits_until_it_is_taken_has_nothing_dropped() {
-        let (mut giver, mut taker) = Box::leak(Box::new(Handover::<u8, 2>::new())).split();
+        let (mut giver, mut taker) = Box::leak(Box::new(ItemQueue::<u8, 2>::new())).split();
         let give = async {
             for item in [1, 2, 3] {
-                giver.give(item);
-                giver.taken().await;
+                giver.send(item);
+                giver.wait_empty().await;
             }
             giver.dropped()
         };
@@ -195,7 +195,7 @@ mod tests {
             for turn in 0..40 {
                 // Busy most of the time.
                 if turn % 10 == 9 {
-                    taken.extend(taker.take());
+                    taken.extend(taker.try_receive());
                 }
                 yield_now().await;
             }

@@ -37,8 +37,8 @@ pub mod three_phase;
 
 #[cfg(target_os = "none")]
 pub use board::{
-    Axes, Board, CommandPort, Idle, Joints, Limits, LinkIn, LinkOut, MAX_PAYLOAD_BYTES, Parts, Storage,
-    is_driven,
+    Axes, Board, BoardParts, CommandPort, Idle, Joints, Limits, LinkIn, LinkOut, MAX_PAYLOAD_BYTES, Storage,
+    needs_power_stage,
 };
 #[cfg(target_os = "none")]
 pub use receive_channels::ReceiveChannels;

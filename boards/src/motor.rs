@@ -47,7 +47,7 @@ impl Motor {
 
     /// Returns the voltage for `torque_nm` at standstill as a share of the supply, -1 to 1.
     #[must_use]
-    pub fn drive(&self, torque_nm: f32) -> f32 {
+    pub fn voltage_share(&self, torque_nm: f32) -> f32 {
         let current_a = torque_nm / self.torque_constant_nm_per_a;
         (self.resistance_ohm * current_a / self.supply_v).clamp(-1.0, 1.0)
     }
@@ -68,7 +68,7 @@ impl Ramp {
     }
 
     /// Returns the torque of this tick for a motor with these limits.
-    pub fn follow(&mut self, commanded_nm: f32, limits: &InputLimits, period_s: f32) -> f32 {
+    pub fn step(&mut self, commanded_nm: f32, limits: &InputLimits, period_s: f32) -> f32 {
         let Some(last_nm) = self.given_nm else { return commanded_nm };
         let step_nm = limits.rate_per_s * period_s;
         let given_nm = commanded_nm.max(last_nm - step_nm).min(last_nm + step_nm);
@@ -100,18 +100,18 @@ mod tests {
     #[test]
     fn a_ramp_reaches_the_command_at_the_rate_and_passes_it_from_then_on() {
         let (limits, mut ramp) = (MOTOR.limits(), Ramp::default());
-        assert_eq!(ramp.follow(limits.max, &limits, 1e-3).to_bits(), limits.max.to_bits(), "no ramp yet");
+        assert_eq!(ramp.step(limits.max, &limits, 1e-3).to_bits(), limits.max.to_bits(), "no ramp yet");
         for _ in 0..2 {
             ramp.begin();
             let mut last_nm = 0.0;
             for tick in 1..20 {
-                let given_nm = ramp.follow(limits.max, &limits, 1e-3);
+                let given_nm = ramp.step(limits.max, &limits, 1e-3);
                 assert!(given_nm - last_nm <= limits.max / 10.0 * 1.001, "{tick}: {last_nm} to {given_nm}");
                 last_nm = given_nm;
             }
             assert_eq!(last_nm.to_bits(), limits.max.to_bits());
             for commanded_nm in [limits.min, limits.max, 0.0] {
-                let given_nm = ramp.follow(commanded_nm, &limits, 1e-3);
+                let given_nm = ramp.step(commanded_nm, &limits, 1e-3);
                 assert_eq!(given_nm.to_bits(), commanded_nm.to_bits());
             }
         }
@@ -148,10 +148,10 @@ mod tests {
     fn the_stalled_motor_makes_the_torque_that_the_safety_stage_passes_up_to_its_supply() {
         let torque = |drive: f32| drive * MOTOR.supply_v / MOTOR.resistance_ohm * 0.05;
         for wanted in [-0.2, 0.0, 0.1, MOTOR.limits().min, MOTOR.limits().max, 0.9] {
-            assert!((torque(MOTOR.drive(wanted)) - wanted).abs() < 1e-6, "{wanted}");
+            assert!((torque(MOTOR.voltage_share(wanted)) - wanted).abs() < 1e-6, "{wanted}");
         }
-        assert!((torque(MOTOR.drive(f32::MIN)) + 1.0).abs() < 1e-6);
+        assert!((torque(MOTOR.voltage_share(f32::MIN)) + 1.0).abs() < 1e-6);
         let weak_supply = Motor { supply_v: 1.0, ..MOTOR };
-        assert!((weak_supply.drive(1.0) - 1.0).abs() < f32::EPSILON);
+        assert!((weak_supply.voltage_share(1.0) - 1.0).abs() < f32::EPSILON);
     }
 }

@@ -25,13 +25,13 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SCB, SYST};
 use defmt_semihosting as _;
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 use dimsart_core::{Counter, DataType, TickResult, Word};
 use dimsart_link::StartCause;
 use dimsart_link::exchange::MAX_PACKETS;
 use embassy_executor::InterruptExecutor;
 
-use crate::board::{Board, Joints, Parts};
+use crate::board::{Board, BoardParts, Joints};
 use crate::catalogue::mps2_an386::TOOLING;
 
 /// The board with its host.
@@ -105,11 +105,11 @@ static __INTERRUPTS: [Handler; INTERRUPTS] = {
 
 impl Board for Mps2An386 {
     const NAME: &'static str = "mps2-an386";
-    const SIZES: Sizes = TOOLING.sizes;
+    const SIZES: Capacities = TOOLING.sizes;
     const OUTPUTS: &'static [&'static DataType] = host::OUTPUTS;
     const PACKETS_PER_TICK: usize = MAX_PACKETS;
 
-    type Joints = PlayedJoints;
+    type Joints = SimulatedJoints;
     type CommandPort = uart::CommandPort;
     type LinkIn = host::HostReceiver;
     type LinkOut = host::HostSender;
@@ -121,7 +121,7 @@ impl Board for Mps2An386 {
     }
 
     #[expect(clippy::panic, reason = "the panic handler sets safe outputs and logs the error")]
-    fn start() -> Parts<Self> {
+    fn start() -> BoardParts<Self> {
         let Some(mut peripherals) = Peripherals::take() else { panic!("board started twice") };
         guard_below_stack(&mut peripherals.MPU);
         // Counts instructions if the emulator runs with `-icount`; CYCCNT reads 0 there.
@@ -139,11 +139,11 @@ impl Board for Mps2An386 {
         // First: after the greeting the host may delete its folder.
         let storage = flash::storage();
         let (idle, axes, link_in, link_out) = host::connect();
-        let parts = Parts {
+        let parts = BoardParts {
             axes,
             tick: TICK.start(Interrupt::Tick),
             background: BACKGROUND.start(Interrupt::Background),
-            joints: PlayedJoints,
+            joints: SimulatedJoints,
             command_port: uart::CommandPort,
             link_in,
             link_out,
@@ -167,8 +167,11 @@ impl Board for Mps2An386 {
         const SYST_CVR: usize = 0xE000_E018;
         // SAFETY: a processor register that always exists and is read as a word of memory; it is not written
         // after the start.
-        Counter::down(unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(SYST_CVR)) }, CYCLE_BITS)
-            .with_counts_per_cycle(COUNTS_PER_CYCLE)
+        Counter::counting_down(
+            unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(SYST_CVR)) },
+            CYCLE_BITS,
+        )
+        .with_counts_per_cycle(COUNTS_PER_CYCLE)
     }
 
     fn counts_per_1024_instructions() -> u32 {
@@ -237,9 +240,9 @@ const CYCLE_MASK: u32 = (1 << CYCLE_BITS) - 1;
 const EXIT_RESET: i32 = 101;
 
 /// The device simulated by the host.
-pub struct PlayedJoints;
+pub struct SimulatedJoints;
 
-impl Joints for PlayedJoints {
+impl Joints for SimulatedJoints {
     fn read(&mut self, measured: &mut [Word]) {
         host::STAMPS.set(0, Some(Mps2An386::counter().now()));
         host::MEASURED.copy_to(measured);

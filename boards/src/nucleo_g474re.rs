@@ -29,7 +29,7 @@ mod ihm08m1;
 #[cfg(feature = "uart-link")]
 mod uart_link;
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 use dimsart_core::{AxisKind, Counter, DataType, InputLimits, OutputLimits};
 use dimsart_link::StartCause;
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1};
@@ -47,7 +47,7 @@ use self::drives as joints;
 use self::ihm08m1 as joints;
 #[cfg(feature = "uart-link")]
 use self::uart_link as link;
-use crate::board::{Axes, Board, Parts};
+use crate::board::{Axes, Board, BoardParts};
 use crate::catalogue::nucleo_g474re::TOOLING;
 use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::uart::{self, UartPort};
@@ -71,7 +71,7 @@ pub struct NucleoG474re;
 
 impl Board for NucleoG474re {
     const NAME: &'static str = "nucleo-g474re";
-    const SIZES: Sizes = TOOLING.sizes;
+    const SIZES: Capacities = TOOLING.sizes;
     const OUTPUTS: &'static [&'static DataType] = joints::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = joints::LIMITS;
     const OUTPUT_LIMITS: &'static [OutputLimits] = joints::OUTPUT_LIMITS;
@@ -83,7 +83,7 @@ impl Board for NucleoG474re {
     type Flash = SchemeFlash;
     type Idle = Sleep;
 
-    fn start() -> Parts<Self> {
+    fn start() -> BoardParts<Self> {
         let chip = stm32g4::start(CRYSTAL);
         #[cfg(not(any(feature = "ihm08m1", feature = "moteus")))]
         let joints = joints::start(joints::Wiring {

@@ -48,7 +48,7 @@ impl Shaft {
 
     /// Returns the rotor torque, `N m`, for a joint torque without losses.
     #[must_use]
-    pub fn rotor_nm(&self, joint_nm: f32) -> f32 {
+    pub fn rotor_torque_nm(&self, joint_nm: f32) -> f32 {
         joint_nm / self.joint.gear_ratio
     }
 }
@@ -91,8 +91,9 @@ mod tests {
             assert!((turned_rad - 25.0 * TAU / gear_ratio).abs() < 1e-5, "{turned_rad}");
             assert!((shaft.speed_rad_per_s(100.0) - 100.0 / gear_ratio).abs() < 1e-6);
             // Power is conserved.
-            let (rotor_nm, joint_rad_per_s) = (shaft.rotor_nm(3.0), shaft.speed_rad_per_s(100.0));
-            assert!((rotor_nm * 100.0 - 3.0 * joint_rad_per_s).abs() < 1e-4);
+            let (rotor_torque_nm, joint_rad_per_s) =
+                (shaft.rotor_torque_nm(3.0), shaft.speed_rad_per_s(100.0));
+            assert!((rotor_torque_nm * 100.0 - 3.0 * joint_rad_per_s).abs() < 1e-4);
         }
     }
 

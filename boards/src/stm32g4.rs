@@ -62,7 +62,7 @@ use embassy_stm32::{Config, Peri, Peripherals, interrupt, peripherals};
 
 use self::flash::SchemeFlash;
 use self::uart::UartPort;
-use crate::board::{Axes, Board, Idle, Parts, Storage};
+use crate::board::{Axes, Board, BoardParts, Idle, Storage};
 use crate::clock_switch;
 
 /// Polls of the crystal, a few cycles of 16 MHz each: more than 0.2 s in total; a crystal starts within 20
@@ -122,7 +122,7 @@ pub(crate) fn start(crystal: Hertz) -> Peripherals {
         defmt::panic!("crystal does not start");
     }
     let chip = embassy_stm32::init(config());
-    clock_switch::switch(&mut clock::Chip, crystal.0, crate::CLOCK_HZ);
+    clock_switch::switch_clock(&mut clock::Chip, crystal.0, crate::CLOCK_HZ);
     DBGMCU.apb1lfzr().modify(|frozen| frozen.set_iwdg(true));
     DBGMCU.apb2fzr().modify(|frozen| frozen.set_tim1(true));
     core.DCB.enable_trace();
@@ -196,7 +196,7 @@ pub(crate) fn parts<B>(
     (link_in, link_out): (B::LinkIn, B::LinkOut),
     storage: Storage<SchemeFlash>,
     watchdog: Peri<'static, peripherals::IWDG>,
-) -> Parts<B>
+) -> BoardParts<B>
 where
     B: Board<CommandPort = UartPort, Flash = SchemeFlash, Idle = Sleep>,
 {
@@ -204,7 +204,7 @@ where
     let patience_us = if storage.stalls_tick { PATIENT_WATCHDOG_US } else { WATCHDOG_US };
     IndependentWatchdog::new(watchdog, patience_us).unleash();
     let storage = Some(storage);
-    Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
+    BoardParts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
 }
 
 fn start_executors() -> (SendSpawner, SendSpawner) {
@@ -221,7 +221,7 @@ pub(crate) fn feed_watchdog() {
 pub(crate) fn counter() -> Counter {
     const CYCCNT: usize = 0xE000_1004;
     // SAFETY: a processor register that always exists and is read as a word of memory; it is never written.
-    Counter::up(unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(CYCCNT)) })
+    Counter::counting_up(unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(CYCCNT)) })
 }
 
 /// Reads and clears the flags of `RCC_CSR` (RM0440, 7.4.28). Every internal reset also sets the reset pin's

@@ -2,7 +2,7 @@
 
 use dimsart_core::{InputLimits, OutputLimits, SafeValue};
 use dimsart_link::protocol::{MotorFallback, MotorReport, MotorWords};
-use drive::{Checked, Configuration, Encoder};
+use drive::{Configuration, Encoder, ValidConfiguration};
 
 use crate::motor::RISE_S;
 
@@ -14,12 +14,12 @@ const SHOWN_SPEED: f32 = 1.5;
 /// # Errors
 /// The reason if this board cannot use it.
 #[inline(never)]
-pub fn read(
+pub fn decode_configuration(
     layout: u16,
     words: &[u32],
     image: &Configuration,
     reads: fn(Encoder) -> bool,
-) -> Result<Checked, MotorFallback> {
+) -> Result<ValidConfiguration, MotorFallback> {
     if layout != Configuration::LAYOUT {
         return Err(MotorFallback::Layout);
     }
@@ -30,12 +30,16 @@ pub fn read(
 
 /// Returns the stored configuration if valid, or the image's. The report contains the active one and the
 /// reason.
-pub fn take(report: &mut MotorReport, image: &Checked, reads: fn(Encoder) -> bool) -> Checked {
+pub fn select_configuration(
+    report: &mut MotorReport,
+    image: &ValidConfiguration,
+    reads: fn(Encoder) -> bool,
+) -> ValidConfiguration {
     let mut runs_by = *image;
-    if report.is_kept {
-        match read(report.layout, &report.words, image.get(), reads) {
+    if report.is_stored {
+        match decode_configuration(report.layout, &report.words, image.get(), reads) {
             Ok(kept) => runs_by = kept,
-            Err(fallback) => (report.is_kept, report.fallback) = (false, Some(fallback)),
+            Err(fallback) => (report.is_stored, report.fallback) = (false, Some(fallback)),
         }
     }
     report.layout = Configuration::LAYOUT;
@@ -75,14 +79,14 @@ mod tests {
     fn kept(told: &Configuration) -> MotorReport {
         MotorReport {
             layout: Configuration::LAYOUT,
-            is_kept: true,
+            is_stored: true,
             words: MotorWords::from_slice(&told.to_words()).unwrap(),
             ..MotorReport::default()
         }
     }
 
     fn taken(mut report: MotorReport) -> (Configuration, MotorReport) {
-        let runs_by = take(&mut report, &IMAGE.checked().unwrap(), reads);
+        let runs_by = select_configuration(&mut report, &IMAGE.checked().unwrap(), reads);
         assert_eq!(
             Configuration::from_words(&report.words),
             Some(*runs_by.get()),
@@ -98,7 +102,7 @@ mod tests {
         (told.motor.pole_pairs, told.joint.gear_ratio, told.inverter.period_s) = (11, -9.0, 1e-4);
         let (runs_by, report) = taken(kept(&told));
         assert_eq!(runs_by, Configuration { inverter: IMAGE.inverter, ..told });
-        assert!(report.is_kept && report.fallback.is_none());
+        assert!(report.is_stored && report.fallback.is_none());
     }
 
     #[test]
@@ -118,11 +122,11 @@ mod tests {
         ] {
             let (runs_by, report) = taken(report);
             assert_eq!(runs_by, IMAGE);
-            assert_eq!((report.is_kept, report.fallback), (false, Some(fallback)));
+            assert_eq!((report.is_stored, report.fallback), (false, Some(fallback)));
         }
         let unreadable = MotorReport { fallback: Some(MotorFallback::Storage), ..MotorReport::default() };
         assert_eq!(taken(unreadable).1.fallback, Some(MotorFallback::Storage));
-        assert_eq!(taken(MotorReport::default()), (IMAGE, MotorReport { is_kept: false, ..kept(&IMAGE) }));
+        assert_eq!(taken(MotorReport::default()), (IMAGE, MotorReport { is_stored: false, ..kept(&IMAGE) }));
     }
 
     #[test]

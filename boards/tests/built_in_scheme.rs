@@ -33,7 +33,7 @@ impl Pair {
             let axes = [AxisKind::Rotary];
             let device =
                 DeviceDescriptor::new(board.name, &axes, TICK_S, &[types::POSITION], &[types::DES_FORCE]);
-            let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
+            let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap();
             let mut faults = 0;
             scheme::load(board.tooling.scheme.text, side, &SIDES, &mut dimsart, |_| faults += 1);
             assert_eq!((faults, dimsart.engine().is_running()), (0, true), "{} {side}", board.name);
@@ -104,7 +104,7 @@ impl Shaft {
     fn turn(&mut self, commanded: f32, from_outside: f32) {
         const STEPS: u16 = 1_000;
         let Motor { torque_constant_nm_per_a, resistance_ohm, supply_v, .. } = self.motor;
-        let voltage = self.motor.drive(commanded) * supply_v;
+        let voltage = self.motor.voltage_share(commanded) * supply_v;
         let max_nm = largest_torque_nm(self.motor);
         let step_s = TICK_S / f32::from(STEPS);
         for _ in 0..STEPS {

@@ -11,7 +11,7 @@ use core::f64::consts::TAU;
 
 use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
-use boards::current_loop::{Counts, CurrentLoop, Exchange, LoopState, MAX_COUNTS};
+use boards::current_loop::{AdcCounts, CurrentLoop, LoopExchange, LoopState, MAX_COUNTS};
 use dimsart_core::DriveFault;
 use dimsart_link::protocol::{Identification, IdentificationFailure};
 use drive::{Angle, Duties, Encoder, Rotor};
@@ -34,7 +34,7 @@ fn motor(drive: &ThreePhaseDrive) -> ThreePhaseParameters {
 struct Bench {
     drive: ThreePhaseDrive,
     current_loop: CurrentLoop,
-    exchange: Exchange,
+    exchange: LoopExchange,
     motor: BridgeMotor,
     duties: Option<Duties>,
     /// Zero-current counts, to be found by the loop.
@@ -56,7 +56,7 @@ impl Bench {
         Self {
             current_loop: CurrentLoop::new(&drive, &checked, TICK_S),
             drive,
-            exchange: Exchange::new(),
+            exchange: LoopExchange::new(),
             motor: BridgeMotor::new(&parameters).unwrap(),
             duties: None,
             rest: [2540.0, 2561.0, 2550.0],
@@ -90,16 +90,16 @@ impl Bench {
             phases[phase] = count;
         }
         let bus = (self.bus_v / scaling.v_per_count).round() as u16;
-        let counts = Counts { phases, bus, temperature: self.temperature_counts };
+        let counts = AdcCounts { phases, bus, temperature: self.temperature_counts };
         let encoder = self.drive.configuration.encoder;
         let state = self.motor.state();
         // An absolute encoder captured the angle in the previous period.
         let age_s = if encoder.is_absolute() { 0.76 * 5e-5 } else { 0.0 };
         let turns = (state.angle_rad - age_s * state.speed_rad_per_s + OFFSET_RAD) / TAU;
         let count = (turns.rem_euclid(1.0) * f64::from(encoder.counts_per_turn())) as u32;
-        let shown = Rotor::At(Angle::from_counts(count, encoder.counts_per_turn()));
+        let shown = Rotor::Angle(Angle::from_counts(count, encoder.counts_per_turn()));
         let rotor = self.encoder_fault.unwrap_or(shown);
-        let next = self.current_loop.period(counts, rotor, &self.exchange);
+        let next = self.current_loop.run_period(counts, rotor, &self.exchange);
         let now = self.duties.filter(|_| next.is_some());
         self.motor.advance(now.map(|duties| duties.map(f64::from)), 5e-5);
         self.duties = next;
@@ -113,7 +113,7 @@ impl Bench {
     }
 
     fn told(&self) -> LoopState {
-        self.exchange.told().unwrap()
+        self.exchange.state().unwrap()
     }
 
     /// Runs until the loop is ready; returns the number of ticks.
@@ -361,15 +361,15 @@ fn identify(bench: &mut Bench, current_a: f32) -> Identification {
     for _ in 0..100 {
         bench.tick(None);
     }
-    bench.exchange.identifying.ask(current_a);
+    bench.exchange.identification.request(current_a);
     for _ in 0..12_000 {
         let told = bench.tick(Some(0.0));
         assert!(!told.is_ready && told.fault.is_none(), "{told:?}");
-        if bench.exchange.identifying.told() != Identification::Running {
+        if bench.exchange.identification.state() != Identification::Running {
             break;
         }
     }
-    bench.exchange.identifying.told()
+    bench.exchange.identification.state()
 }
 
 #[test]
@@ -381,7 +381,7 @@ fn a_motor_is_identified_whatever_the_board_was_told_of_it_and_rests_then() {
         motor.direct_inductance_h = 1e-3;
     });
     let Identification::Found(found) = identify(&mut bench, 2.0) else {
-        panic!("{:?}", bench.exchange.identifying.told())
+        panic!("{:?}", bench.exchange.identification.state())
     };
     let is_near = |found: f32, truth: f32, share: f32| (found / truth - 1.0).abs() < share;
     assert!(is_near(found.resistance_ohm, truth.resistance_ohm, 0.03), "{found:?}");
@@ -426,14 +426,14 @@ fn the_end_of_motion_ends_an_identification() {
     for _ in 0..100 {
         bench.tick(None);
     }
-    bench.exchange.identifying.ask(2.0);
+    bench.exchange.identification.request(2.0);
     for _ in 0..1_000 {
         bench.tick(Some(0.0));
     }
     assert!(bench.is_on());
     bench.tick(None);
     assert!(!bench.is_on());
-    let told = bench.exchange.identifying.told();
+    let told = bench.exchange.identification.state();
     assert_eq!(told, Identification::Failed(IdentificationFailure::Ended));
 }
 
@@ -443,7 +443,7 @@ fn no_more_current_is_made_than_the_limit_whatever_is_asked_for() {
     for _ in 0..100 {
         bench.tick(None);
     }
-    bench.exchange.identifying.ask(50.0);
+    bench.exchange.identification.request(50.0);
     let mut max_a = 0.0_f64;
     for _ in 0..100_000 {
         bench.exchange.command(Some(0.0));

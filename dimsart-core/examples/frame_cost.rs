@@ -7,7 +7,7 @@
 
 use dimsart_core::Packet;
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
-use dimsart_link::auth::{Key, Line, Opener, Profile, Sealer};
+use dimsart_link::auth::{Key, KeyDomain, Opener, Profile, Sealer};
 use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver};
 use dimsart_link::carrier::{can, can_fd, stream};
 
@@ -61,7 +61,7 @@ fn main() {
 
 /// An associated sealer and opener.
 fn introduced() -> (Sealer, Opener) {
-    let (key, line) = (Key::new(&KEY), Line::Link(0));
+    let (key, line) = (Key::new(&KEY), KeyDomain::Link(0));
     let mut sealer = Sealer::new(&key, line, Profile::Full, CHANNEL, 1);
     let mut opener = Opener::new(&key, line, Profile::Full, CHANNEL, 2);
     let mut out = [0; MAX_CONTENT_BYTES];
@@ -70,7 +70,7 @@ fn introduced() -> (Sealer, Opener) {
             let _ = opener.open(handshake, &mut out);
         }
         while let Some(handshake) = opener.handshake() {
-            sealer.take(handshake);
+            sealer.receive(handshake);
         }
     }
     (sealer, opener)
@@ -102,8 +102,8 @@ fn counted_decode(ends: &mut Ends, wire: &[u8]) -> Option<Packet> {
     match carrier.as_str() {
         "uart" => {
             let (last, others) = wire.split_last()?;
-            others.iter().for_each(|byte| assert!(stream.take(*byte).is_none(), "an early frame"));
-            opened(auth, stream.take(*last)?)
+            others.iter().for_each(|byte| assert!(stream.push(*byte).is_none(), "an early frame"));
+            opened(auth, stream.push(*last)?)
         }
         "can_fd" => opened(auth, can_fd::unpack(wire)?),
         "can" => {
@@ -111,7 +111,7 @@ fn counted_decode(ends: &mut Ends, wire: &[u8]) -> Option<Packet> {
             let (heads, others) = wire.split_at_checked(3 * can::MAX_DATA_BYTES)?;
             let mut packet = None;
             for frame in heads.chunks(can::MAX_DATA_BYTES).chain(others.chunks(can::MAX_DATA_BYTES - 2)) {
-                if let Some(content) = can.take(frame, CHANNEL) {
+                if let Some(content) = can.push(frame, CHANNEL) {
                     packet = opened(auth, content);
                 }
             }

@@ -62,7 +62,7 @@ impl Bench {
         let device = DeviceDescriptor::new("bench", AXES, Self::PERIOD_S, measured, &[]);
         let device = device.map_err(BenchError::Device)?;
         let mut dimsart =
-            Dimsart::new(ProvidedMemory::leaked(), device, kinds).map_err(BenchError::Memory)?;
+            Dimsart::new(ProvidedMemory::leak_default(), device, kinds).map_err(BenchError::Memory)?;
         let mut first = None;
         rows::load(rows, "all", &[], &mut dimsart, |error| first = first.or(Some(error)));
         match first {
@@ -87,7 +87,7 @@ impl Bench {
 
     /// Returns the controller.
     #[must_use]
-    pub fn dimsart(&self) -> &Dimsart {
+    pub fn controller(&self) -> &Dimsart {
         &self.dimsart
     }
 }

@@ -12,7 +12,7 @@
 //!            safety stage ◀─ modules ◀─ frame :slow
 //! ```
 //! Neither engine waits for the other: the faster one can interrupt the slower one at any instruction. If new
-//! data are missing for too long, [commands are late](Coupling::are_stale) and the device gets its safe value.
+//! data are missing for too long, [commands are late](Coupling::is_stale) and the device gets its safe value.
 
 mod snapshot;
 
@@ -54,21 +54,21 @@ impl<const N: usize> Default for Snapshot<N> {
 /// let axes = [AxisKind::Rotary];
 /// let joint = DeviceDescriptor::new("joint", &axes, 0.001, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE])?;
 /// let planner = DeviceDescriptor::new("planner", &axes, 0.01, &[types::POSITION], &[types::DES_POSITION])?;
-/// let [mut joint, mut planner] = [joint, planner].map(|device| Dimsart::new(ProvidedMemory::leaked(), device, ALL).expect("it fits"));
+/// let [mut joint, mut planner] = [joint, planner].map(|device| Dimsart::new(ProvidedMemory::leak_default(), device, ALL).expect("it fits"));
 /// let (mut there, mut back) = (Snapshot::<1>::new(), Snapshot::<1>::new());
 /// let (mut of_joint, mut of_planner) = Coupling::pair(&mut there, &mut back);
 ///
 /// // In the fast interrupt:
 /// let (mut measured, mut force) = ([Word::from(0.1), Word(0)], [Word(0)]);
-/// of_joint.get(&mut measured[1..]);
-/// joint.set_commands_stale(of_joint.are_stale());
+/// of_joint.receive(&mut measured[1..]);
+/// joint.set_commands_stale(of_joint.is_stale());
 /// joint.tick(&measured, &mut force);
 /// of_joint.send(joint.signals(&[types::POSITION.first()]));
 ///
 /// // In the slow interrupt of lower priority:
 /// let (mut measured, mut commanded) = ([Word(0)], [Word(0)]);
-/// of_planner.get(&mut measured);
-/// planner.set_commands_stale(of_planner.are_stale());
+/// of_planner.receive(&mut measured);
+/// planner.set_commands_stale(of_planner.is_stale());
 /// planner.tick(&measured, &mut commanded);
 /// of_planner.send(commanded);
 /// # assert_eq!(measured[0], Word::from(0.1));
@@ -76,28 +76,28 @@ impl<const N: usize> Default for Snapshot<N> {
 /// # }
 /// ```
 ///
-/// It sends at most `SHOWS` words and receives at most `GETS` words.
+/// It sends at most `SEND_WORDS` words and receives at most `RECEIVE_WORDS` words.
 #[derive(Debug)]
-pub struct Coupling<'a, const SHOWS: usize, const GETS: usize> {
-    shows: SnapshotWriter<'a, SHOWS>,
-    gets: SnapshotReader<'a, GETS>,
+pub struct Coupling<'a, const SEND_WORDS: usize, const RECEIVE_WORDS: usize> {
+    shows: SnapshotWriter<'a, SEND_WORDS>,
+    gets: SnapshotReader<'a, RECEIVE_WORDS>,
     /// Ticks since new data; none before the first data.
     silent_ticks: Option<u32>,
     timeout_ticks: u32,
 }
 
-impl<'a, const SHOWS: usize, const GETS: usize> Coupling<'a, SHOWS, GETS> {
+impl<'a, const SEND_WORDS: usize, const RECEIVE_WORDS: usize> Coupling<'a, SEND_WORDS, RECEIVE_WORDS> {
     /// Creates the two ends of a coupling over two snapshots. The timeout is [`TIMEOUT_TICKS`].
     #[must_use]
     pub fn pair(
-        there: &'a mut Snapshot<SHOWS>,
-        back: &'a mut Snapshot<GETS>,
-    ) -> (Self, Coupling<'a, GETS, SHOWS>) {
+        there: &'a mut Snapshot<SEND_WORDS>,
+        back: &'a mut Snapshot<RECEIVE_WORDS>,
+    ) -> (Self, Coupling<'a, RECEIVE_WORDS, SEND_WORDS>) {
         let ((shows, gets_there), (shows_back, gets)) = (there.split(), back.split());
         (Self::new(shows, gets), Coupling::new(shows_back, gets_there))
     }
 
-    fn new(shows: SnapshotWriter<'a, SHOWS>, gets: SnapshotReader<'a, GETS>) -> Self {
+    fn new(shows: SnapshotWriter<'a, SEND_WORDS>, gets: SnapshotReader<'a, RECEIVE_WORDS>) -> Self {
         Self { shows, gets, silent_ticks: None, timeout_ticks: TIMEOUT_TICKS }
     }
 
@@ -109,7 +109,7 @@ impl<'a, const SHOWS: usize, const GETS: usize> Coupling<'a, SHOWS, GETS> {
 
     /// Call once before each tick: copies the peer's latest data into these measured words. They stay
     /// unchanged before the first data.
-    pub fn get(&mut self, measured: &mut [Word]) {
+    pub fn receive(&mut self, measured: &mut [Word]) {
         self.silent_ticks = match self.gets.update() {
             true => Some(0),
             false => self.silent_ticks.map(|ticks| ticks.saturating_add(1)),
@@ -124,7 +124,7 @@ impl<'a, const SHOWS: usize, const GETS: usize> Coupling<'a, SHOWS, GETS> {
     /// Returns whether new data are missing for too long, or none have arrived yet; pass it to
     /// [`Dimsart::set_commands_stale`](crate::Dimsart::set_commands_stale).
     #[must_use]
-    pub fn are_stale(&self) -> bool {
+    pub fn is_stale(&self) -> bool {
         self.silent_ticks.is_none_or(|ticks| ticks >= self.timeout_ticks)
     }
 

@@ -7,7 +7,7 @@ use crate::engine::{Engine, Observer};
 use crate::memory::ProvidedMemory;
 use crate::packet::mailbox::is_newer;
 use crate::packet::{LinkPort, LinkTimeout, Packet, PacketError};
-use crate::safety::{DriveFault, Reason, Safety, TickResult};
+use crate::safety::{DriveFault, Safety, SafetyReason, TickResult};
 use crate::scheme::{Command, CommandError};
 use crate::signal::{TypeRef, Word};
 
@@ -28,12 +28,12 @@ pub struct Dimsart {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum FirstPacket {
     /// Every link has received its first packet, or needs none.
-    Unneeded,
+    NotRequired,
     Awaited {
         link: u8,
     },
     /// Received in the last tick: modules begin in the next tick.
-    Came {
+    Received {
         link: u8,
     },
 }
@@ -49,7 +49,7 @@ impl Dimsart {
         device: DeviceDescriptor,
         kinds: ModuleKinds,
     ) -> Result<Self, StorageError> {
-        let mut dimsart = Self::unconnected(memory);
+        let mut dimsart = Self::without_device(memory);
         dimsart.connect(device, kinds)?;
         Ok(dimsart)
     }
@@ -57,13 +57,13 @@ impl Dimsart {
     /// Creates a controller without a device; its ticks are [`TickResult::Idle`].
     #[must_use]
     #[inline]
-    pub fn unconnected(memory: impl Into<ProvidedMemory>) -> Self {
+    pub fn without_device(memory: impl Into<ProvidedMemory>) -> Self {
         Self {
             frame: Frame::unconnected(),
             safety: Safety::new(),
             are_commands_late: false,
             drive_fault: None,
-            first_packet: FirstPacket::Unneeded,
+            first_packet: FirstPacket::NotRequired,
             engine: Engine::unconnected(memory.into()),
         }
     }
@@ -79,9 +79,9 @@ impl Dimsart {
     ///
     /// # Errors
     /// [`StorageError`] when the device's types do not fit into the Data Base; the controller is then
-    /// [unconnected](Self::unconnected).
+    /// [unconnected](Self::without_device).
     pub fn connect(&mut self, device: DeviceDescriptor, kinds: ModuleKinds) -> Result<(), StorageError> {
-        self.first_packet = FirstPacket::Unneeded;
+        self.first_packet = FirstPacket::NotRequired;
         self.safety.connect(&device);
         self.engine.connect(device, kinds);
         let (device, data_base) = self.engine.device_and_data_base();
@@ -95,15 +95,15 @@ impl Dimsart {
     /// When motion is allowed again, modules reset to their initial state and start at the device's current
     /// position, except those with [`KEEPS_STATE_ON_ARMING`](crate::Module::KEEPS_STATE_ON_ARMING), such as links and
     /// recorders. Call it before each tick: after a link's first packet, motion starts with the next call.
-    pub fn allow_motion(&mut self, is_allowed: bool) {
-        let has_joined = matches!(self.first_packet, FirstPacket::Came { .. });
+    pub fn set_motion_allowed(&mut self, is_allowed: bool) {
+        let has_joined = matches!(self.first_packet, FirstPacket::Received { .. });
         if has_joined {
-            self.first_packet = FirstPacket::Unneeded;
+            self.first_packet = FirstPacket::NotRequired;
         }
         if is_allowed && (has_joined || self.safety.forbids_motion()) {
             self.engine.begin_motion();
         }
-        self.safety.allow_motion(is_allowed);
+        self.safety.set_motion_allowed(is_allowed);
     }
 
     /// Sets whether external commands are too old, from the next tick on: the device then gets its safe
@@ -157,7 +157,7 @@ impl Dimsart {
         if !self.engine.is_running() {
             return Err(TickResult::Idle);
         }
-        let is_limited = self.safety.reason() != Reason::None;
+        let is_limited = self.safety.reason() != SafetyReason::None;
         if is_limited {
             self.show_given();
         }
@@ -179,9 +179,9 @@ impl Dimsart {
             return Err(TickResult::CommandsLate);
         }
         match (silent_link, self.first_packet) {
-            (None, FirstPacket::Unneeded) => Ok(()),
-            (None, FirstPacket::Awaited { link } | FirstPacket::Came { link }) => {
-                Err(self.wait(link, FirstPacket::Came { link }))
+            (None, FirstPacket::NotRequired) => Ok(()),
+            (None, FirstPacket::Awaited { link } | FirstPacket::Received { link }) => {
+                Err(self.wait(link, FirstPacket::Received { link }))
             }
             (Some((link, _)), _) => Err(self.wait(link, FirstPacket::Awaited { link })),
         }
@@ -217,7 +217,7 @@ impl Dimsart {
             self.safety.reset();
             self.frame.begin_anew();
             // A reset initialises all modules.
-            self.first_packet = FirstPacket::Unneeded;
+            self.first_packet = FirstPacket::NotRequired;
         }
         self.engine.command(command)?;
         if self.engine.is_taking_over() {

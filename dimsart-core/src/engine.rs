@@ -314,14 +314,14 @@ impl Engine {
     /// Returns the index of a module in the plug-in order, from 0; for the same scheme as
     /// [`instances`](Self::instances).
     #[must_use]
-    pub fn position_of(&self, module: ModuleRef) -> Option<usize> {
+    pub fn plug_in_position(&self, module: ModuleRef) -> Option<usize> {
         self.edited().wiring.order_of(module)
     }
 
     /// Returns the period and phase of a module, in the pending scheme while a transaction is open; none if
     /// it is not plugged in.
     #[must_use]
-    pub fn rate_of(&self, module: ModuleRef) -> Option<Rate> {
+    pub fn module_rate(&self, module: ModuleRef) -> Option<Rate> {
         self.edited().wiring.find(module).map(|plugged| plugged.rate)
     }
 
@@ -368,9 +368,9 @@ impl Engine {
     }
 
     /// Returns the number of ports (or handles, whichever is larger) of all modules that are plugged in, and
-    /// of ports bound by commands; [`Sizes`](crate::limits::Sizes) has the maxima.
+    /// of ports bound by commands; [`Capacities`](crate::limits::Capacities) has the maxima.
     #[must_use]
-    pub fn wires_and_bindings(&self) -> [usize; 2] {
+    pub fn wire_and_binding_counts(&self) -> [usize; 2] {
         let Scheme { wiring, bindings, .. } = self.edited();
         [wiring.wires(), bindings.len()]
     }
@@ -378,7 +378,7 @@ impl Engine {
     /// Returns the number of Data Base words for parameters and state of an instance of a kind, on this
     /// device.
     #[must_use]
-    pub fn words_of(&self, kind: KindId) -> Option<usize> {
+    pub fn module_words(&self, kind: KindId) -> Option<usize> {
         self.kind(kind).map(|kind| kind.words(self.device.dof()))
     }
 }

@@ -81,12 +81,12 @@ impl<'a, V: Vocabulary + ?Sized> Explanation<'a, V> {
     fn finding(&self, f: &mut fmt::Formatter<'_>, finding: Finding) -> fmt::Result {
         let known = self.known;
         match finding {
-            Finding::NoProvider { signal, reader } => {
+            Finding::NoWriter { signal, reader } => {
                 let signal = known.signal_name(signal);
                 self.party(f, reader)?;
                 write!(f, " reads {signal}, which has no provider: plug in a module that writes {signal}")
             }
-            Finding::TwoProviders { signal, first, second } => {
+            Finding::MultipleWriters { signal, first, second } => {
                 write!(f, "{} has two providers, ", known.signal_name(signal))?;
                 self.party(f, first)?;
                 write!(f, " and ")?;

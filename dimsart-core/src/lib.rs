@@ -114,12 +114,14 @@ pub use bench::{Bench, BenchError};
 pub use coupling::{Coupling, Snapshot, SnapshotReader, SnapshotWriter, TIMEOUT_TICKS};
 pub use data_base::data::{Data, Inputs, Outputs};
 pub use data_base::frame::{Frame, FrameError};
-pub use data_base::handle::{Grid, Input, Matrix, Memory, Output, Signal, Single, Square, Untyped, Vector};
+pub use data_base::handle::{
+    Input, Matrix, MatrixSignal, Memory, Output, ScalarSignal, Signal, Square, Untyped, Vector,
+};
 pub use data_base::storage::StorageError;
 pub use data_base::{DataBase, Entry};
 pub use device::counter::Counter;
 pub use device::descriptor::{DescriptorError, DeviceDescriptor};
-pub use device::input_limits::{InputLimits, LimitsFault, SafeValue};
+pub use device::input_limits::{InputLimits, LimitsError, SafeValue};
 pub use device::output_limits::OutputLimits;
 pub use device::timing::{Duration, Timing};
 pub use dimsart::Dimsart;
@@ -132,7 +134,7 @@ pub use memory::{ControllerMemory, ProvidedMemory};
 pub use module::Module;
 pub use module::context::{AxisContext, Context};
 pub use module::cost::{BoundReport, Cost, Costs};
-pub use module::declare::Declare;
+pub use module::declare::Declarations;
 pub use module::kind::ModuleKind;
 pub use module::kind_id::KindId;
 pub use module::module_ref::ModuleRef;
@@ -141,13 +143,14 @@ pub use module::port_set::PortSet;
 pub use module::rate::{EVERY_TICKS, Rate};
 pub use packet::content::Content;
 pub use packet::mailbox::{
-    LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number,
+    LinkPort, LinkState, Mailbox, START_COUNTERS, counter_distance, is_newer, next_packet_number,
 };
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError, checksum, envelope, mailbox};
 pub use parameter::{
-    Accepts, Choice, Entries, Parameter, ParameterError, ParameterSet, Parameters, TypeList, Value,
+    Choice, Parameter, ParameterError, ParameterSet, ParameterShape, ParameterType, Parameters, TypeList,
+    Value,
 };
-pub use safety::{DriveEvent, DriveFault, DriveState, Reason, ReasonCounts, Safety, TickResult};
+pub use safety::{DriveEvent, DriveFault, DriveState, ReasonCounts, Safety, SafetyReason, TickResult};
 pub use scheme::command::{Command, CommandError, EngineCommand};
 pub use scheme::finding::{Endpoint, Finding};
 pub use scheme::matching::CheckReport;
@@ -159,7 +162,8 @@ pub use signal::word::{Format, Scalar, Word};
 pub use signal::words::Words;
 pub use signal::{types, words};
 pub use vocabulary::description::{
-    Accepted, DataTypeText, MAX_CHOICES, ParameterText, PortDescription, TooManyChoices,
+    DataTypeDescription, MAX_CHOICES, ParameterDescription, ParameterTypeDescription, PortDescription,
+    TooManyChoices,
 };
 pub use vocabulary::names::Name;
 pub use vocabulary::{AxisUnit, Vocabulary, names};

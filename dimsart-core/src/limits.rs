@@ -5,7 +5,7 @@
 
 /// Capacities of a controller, chosen with its [memory](crate::ControllerMemory).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sizes {
+pub struct Capacities {
     /// Module instances, plugged in or not; maximum [`MAX_MODULES`].
     pub modules: usize,
     /// Ports, and handles, of all modules that are plugged in; maximum [`MAX_BOUND_PORTS`] each.
@@ -22,7 +22,7 @@ pub struct Sizes {
     pub words: usize,
 }
 
-impl Sizes {
+impl Capacities {
     /// Capacities for most schemes, 27 KiB.
     pub const DEFAULT: Self = Self {
         modules: MAX_MODULES,

@@ -89,7 +89,7 @@ impl CompensatedSum {
 
     /// Adds a fraction of a turn and subtracts a completed turn, which is exact.
     #[inline(always)]
-    pub fn add_turns(&mut self, share: f32) {
+    pub fn add_wrapped(&mut self, share: f32) {
         if self.add(share) >= 1.0 {
             self.sum -= 1.0;
         }
@@ -97,7 +97,7 @@ impl CompensatedSum {
 
     /// Adds a step and limits the sum to `most`.
     #[inline(always)]
-    pub fn add_limited(&mut self, step: f32, most: f32) {
+    pub fn add_clamped(&mut self, step: f32, most: f32) {
         if self.add(step) > most {
             *self = Self::new(most);
         }
@@ -105,7 +105,7 @@ impl CompensatedSum {
 
     /// Moves towards a value, by at most `most`.
     #[inline(always)]
-    pub fn approach(&mut self, value: f32, most: f32) {
+    pub fn move_towards(&mut self, value: f32, most: f32) {
         let change = value - self.sum;
         // Exact on arrival: adding the step would round.
         if change.abs() <= most {

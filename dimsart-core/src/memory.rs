@@ -9,7 +9,7 @@ use crate::packet::LinkPort;
 use crate::scheme::{ActiveModule, Call, Instance, Port, Scheme, Schemes, Wiring};
 
 /// Memory for one controller; [`memory!`](crate::memory!) makes its type from
-/// [`Sizes`](crate::limits::Sizes).
+/// [`Capacities`](crate::limits::Capacities).
 ///
 /// A new one is all zero bits, so that a static needs no room in the image.
 #[derive(Debug)]
@@ -49,13 +49,13 @@ struct SchemeMemory<
     checked_words: Vec<CheckedWords, SLOTS>,
 }
 
-/// Type of the memory for a controller of these [`Sizes`](crate::limits::Sizes), a constant.
+/// Type of the memory for a controller of these [`Capacities`](crate::limits::Capacities), a constant.
 ///
 /// ```
-/// use dimsart_core::limits::Sizes;
+/// use dimsart_core::limits::Capacities;
 /// use dimsart_core::memory;
 ///
-/// const SMALL: Sizes = Sizes { modules: 8, wires: 60, words: 256, ..Sizes::DEFAULT };
+/// const SMALL: Capacities = Capacities { modules: 8, wires: 60, words: 256, ..Capacities::DEFAULT };
 /// type SmallMemory = memory!(SMALL);
 /// static MEMORY: std::sync::Mutex<SmallMemory> = std::sync::Mutex::new(SmallMemory::new());
 /// ```
@@ -130,12 +130,12 @@ pub struct ProvidedMemory {
 
 #[cfg(feature = "summaries")]
 impl ProvidedMemory {
-    /// Allocates memory of the [default sizes](crate::limits::Sizes::DEFAULT) on the heap and never frees it,
+    /// Allocates memory of the [default sizes](crate::limits::Capacities::DEFAULT) on the heap and never frees it,
     /// for tests.
     #[must_use]
-    pub fn leaked() -> Self {
-        use crate::limits::Sizes;
-        Self::from(alloc::boxed::Box::leak(alloc::boxed::Box::new(<memory!(Sizes::DEFAULT)>::new())))
+    pub fn leak_default() -> Self {
+        use crate::limits::Capacities;
+        Self::from(alloc::boxed::Box::leak(alloc::boxed::Box::new(<memory!(Capacities::DEFAULT)>::new())))
     }
 }
 

@@ -13,7 +13,7 @@ pub(crate) mod rate;
 
 pub(crate) use binding::{Binding, ModuleBindings};
 pub(crate) use cost::{BoundReport, Cost, Costs};
-pub(crate) use declare::Declare;
+pub(crate) use declare::Declarations;
 pub(crate) use kind::{Begin, Compute, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleKind};
 pub(crate) use kind_id::KindId;
 pub(crate) use module_ref::ModuleRef;
@@ -136,7 +136,7 @@ pub trait Module: Sized + 'static {
     /// Declares the ports and memory, one call of `declare` for each; by default the ports in
     /// [`Ports`](Self::Ports). They may depend on structural parameters.
     #[doc(alias = "activate")]
-    fn ports(settings: &Self::Settings, declare: &mut Declare<'_>) -> Self::Ports {
+    fn ports(settings: &Self::Settings, declare: &mut Declarations<'_>) -> Self::Ports {
         let _ = settings;
         Self::Ports::declare(declare)
     }

@@ -11,12 +11,12 @@ mod program;
 mod programs;
 mod verify;
 
-pub use instruction::{Field, Instruction, OPCODES, OWN_AXIS, Opcode, REGISTERS};
+pub use instruction::{CURRENT_AXIS, Field, Instruction, OPCODE_COUNT, Opcode, REGISTER_COUNT};
 pub use interpret::calculate;
 pub use interpret::{Environment, Registers, run};
 pub(crate) use program::PARAMETERS;
 pub use program::{
-    Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal,
+    Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, program_crc,
 };
 pub(crate) use programs::ProgramSlot;
 pub use programs::{Code, Programs};

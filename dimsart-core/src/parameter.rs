@@ -10,7 +10,7 @@ mod set;
 mod visit;
 
 pub use choice::Choice;
-pub use entries::Entries;
+pub use entries::ParameterShape;
 pub use set::ParameterSet;
 pub(crate) use visit::Found;
 pub use visit::Parameters;
@@ -18,7 +18,7 @@ pub use visit::Parameters;
 use core::cell::Cell;
 
 use crate::limits::MAX_CHANNEL_TYPES;
-use crate::signal::words::{put, take};
+use crate::signal::words::{read_next, write_next};
 use crate::signal::{Summary, TypeRef, Unit, Words};
 
 /// Data types of a comm channel, in the order in which they were added.
@@ -65,14 +65,14 @@ impl Words for TypeList {
 
     #[inline(always)]
     fn load(mut words: &[Cell<u32>]) -> Self {
-        let [count, ..] = take::<u32>(&mut words).to_le_bytes();
-        Self { count, signals: take(&mut words) }
+        let [count, ..] = read_next::<u32>(&mut words).to_le_bytes();
+        Self { count, signals: read_next(&mut words) }
     }
 
     #[inline(always)]
     fn store(self, mut words: &[Cell<u32>]) {
-        put(u32::from(self.count), &mut words);
-        put(self.signals, &mut words);
+        write_next(u32::from(self.count), &mut words);
+        write_next(self.signals, &mut words);
     }
 }
 
@@ -96,7 +96,7 @@ pub enum Value {
 
 /// Values that a parameter accepts.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Accepts {
+pub enum ParameterType {
     /// A finite number from `min` to `max`.
     Real {
         /// Minimum.
@@ -134,9 +134,9 @@ pub struct Parameter {
     /// Physical unit.
     pub unit: Unit,
     /// Type and range.
-    pub accepts: Accepts,
+    pub accepts: ParameterType,
     /// Number and arrangement of its values.
-    pub entries: Entries,
+    pub entries: ParameterShape,
     /// Value of each entry after `INIT`; none for a list, which starts empty.
     pub default: Option<Value>,
     /// Whether it changes ports or memory, so that it can be set only while the module is not plugged in.
@@ -179,7 +179,7 @@ impl ParameterError {
     }
 }
 
-impl Accepts {
+impl ParameterType {
     pub(crate) fn admit(&self, value: Value) -> Result<(), ParameterError> {
         let is_inside = match (self, value) {
             (Self::Real { min, max }, Value::Real(value)) => (*min..=*max).contains(&value),

@@ -12,7 +12,7 @@ use crate::parameter::{ParameterError, Value};
 use crate::scheme::{Command, CommandError, EngineCommand};
 use crate::signal::TypeRef;
 use crate::vocabulary::names::split_axis;
-use crate::vocabulary::{Accepted, Vocabulary};
+use crate::vocabulary::{ParameterTypeDescription, Vocabulary};
 
 /// Name of the engine in a row.
 pub const ENGINE: &str = "MOD_ENG";
@@ -118,7 +118,7 @@ pub fn rows_for<'a>(
     side: &str,
     sides: &[&str],
 ) -> impl Iterator<Item = Result<Row<'a>, SchemeError<'a>>> {
-    rows(text).filter_map(move |row| match row.is_for(side, sides) {
+    rows(text).filter_map(move |row| match row.applies_to(side, sides) {
         Ok(is_mine) => is_mine.then_some(Ok(row)),
         Err(error) => Some(Err(error)),
     })
@@ -155,7 +155,7 @@ impl<'a> Row<'a> {
     ///
     /// # Errors
     /// [`RowError::Destination`] when the destination is not one of the sides.
-    pub fn is_for(&self, side: &str, sides: &[&str]) -> Result<bool, SchemeError<'a>> {
+    pub fn applies_to(&self, side: &str, sides: &[&str]) -> Result<bool, SchemeError<'a>> {
         let place = self.place(0);
         if place.word == "all" {
             return Ok(true);
@@ -239,7 +239,7 @@ impl<'a> Row<'a> {
     ) -> Result<(Command, usize), SchemeError<'a>> {
         let place = self.place(2);
         let unknown = SchemeError { place, problem: RowError::EngineCommand };
-        let command = EngineCommand::of(place.word).ok_or(unknown)?;
+        let command = EngineCommand::from_name(place.word).ok_or(unknown)?;
         if !command.needs_module {
             return Ok((command.with(None).ok_or(unknown)?, 3));
         }
@@ -261,7 +261,7 @@ impl<'a> Row<'a> {
         }
         let (module, parameter, entry) = self.parameter(known)?;
         let accepts = known.parameter_text(module.kind, parameter).map(|found| found.accepts);
-        if accepts == Some(Accepted::Types) {
+        if accepts == Some(ParameterTypeDescription::Types) {
             let value = Value::Type(self.signal(known)?);
             return Ok(Command::Set { module, parameter, entry, value });
         }
@@ -272,7 +272,7 @@ impl<'a> Row<'a> {
         Ok(Command::Set { module, parameter, entry, value })
     }
 
-    /// Parses the row's parameter, whatever its value, and its [entry](crate::Entries::place).
+    /// Parses the row's parameter, whatever its value, and its [entry](crate::ParameterShape::place).
     ///
     /// # Errors
     /// [`SchemeError`] names the wrong word.
@@ -289,7 +289,7 @@ impl<'a> Row<'a> {
         let entry = indices.and_then(|indices| found.entries.place(indices, dof));
         // The engine checks the axis against its device.
         let entry = entry.filter(|place| {
-            !found.entries.are_matrix() || place.is_none_or(|place| place < found.entries.count(dof))
+            !found.entries.is_matrix() || place.is_none_or(|place| place < found.entries.count(dof))
         });
         let entry = entry.ok_or(SchemeError { place, problem: RowError::Entry { module, parameter } })?;
         Ok((module, parameter, entry))
@@ -311,23 +311,23 @@ impl<'a> Row<'a> {
 }
 
 /// Parses a value for a parameter; none if the word is invalid.
-fn read_value(accepts: &Accepted<'_>, word: &str) -> Option<Value> {
+fn read_value(accepts: &ParameterTypeDescription<'_>, word: &str) -> Option<Value> {
     let name_in = |names: &[&str]| {
         let index = names.iter().position(|name| *name == word);
         index.and_then(|index| u8::try_from(index).ok())
     };
     match accepts {
-        Accepted::Real { min, max } => {
+        ParameterTypeDescription::Real { min, max } => {
             word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Real)
         }
-        Accepted::Count { min, max } => {
+        ParameterTypeDescription::Count { min, max } => {
             word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Count)
         }
-        Accepted::Integer { min, max } => {
+        ParameterTypeDescription::Integer { min, max } => {
             word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Integer)
         }
-        Accepted::Flag => name_in(SWITCH).map(|index| Value::Flag(index == 1)),
-        Accepted::Choice(names) => name_in(names).map(Value::Choice),
-        Accepted::Types => None,
+        ParameterTypeDescription::Flag => name_in(SWITCH).map(|index| Value::Flag(index == 1)),
+        ParameterTypeDescription::Choice(names) => name_in(names).map(Value::Choice),
+        ParameterTypeDescription::Types => None,
     }
 }

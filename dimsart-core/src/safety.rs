@@ -8,7 +8,7 @@ mod velocity;
 
 pub use drive_fault::DriveFault;
 pub use drive_state::{DriveEvent, DriveState};
-pub use reason::{Reason, ReasonCounts};
+pub use reason::{ReasonCounts, SafetyReason};
 
 use heapless::Vec;
 
@@ -33,7 +33,7 @@ pub enum TickResult {
     MeasurementRefused(FrameError),
     /// The scheme ran, but the caller's command frame has a wrong length; the device gets its safe value.
     CommandRefused(FrameError),
-    /// The scheme ran, but motion is not [allowed](crate::Dimsart::allow_motion): no client holds the lease.
+    /// The scheme ran, but motion is not [allowed](crate::Dimsart::set_motion_allowed): no client holds the lease.
     /// The device gets its safe value.
     Disarmed,
     /// The scheme ran, but a link has timed out: the device gets its safe value until a reset.
@@ -59,20 +59,20 @@ pub enum TickResult {
 }
 
 impl TickResult {
-    /// Returns why the scheme does not command the device; [`Reason::None`] if it does.
+    /// Returns why the scheme does not command the device; [`SafetyReason::None`] if it does.
     #[must_use]
-    pub const fn reason(self) -> Reason {
+    pub const fn reason(self) -> SafetyReason {
         match self {
-            Self::Ran => Reason::None,
-            Self::Idle => Reason::Stopped,
-            Self::MeasurementRefused(_) => Reason::MeasurementRefused,
-            Self::CommandRefused(_) => Reason::CommandRefused,
-            Self::Disarmed => Reason::Disarmed,
-            Self::CommandsLate => Reason::CommandsLate,
-            Self::LinkLost { .. } => Reason::LinkLost,
-            Self::LinkDown { .. } => Reason::LinkDown,
+            Self::Ran => SafetyReason::None,
+            Self::Idle => SafetyReason::Stopped,
+            Self::MeasurementRefused(_) => SafetyReason::MeasurementRefused,
+            Self::CommandRefused(_) => SafetyReason::CommandRefused,
+            Self::Disarmed => SafetyReason::Disarmed,
+            Self::CommandsLate => SafetyReason::CommandsLate,
+            Self::LinkLost { .. } => SafetyReason::LinkLost,
+            Self::LinkDown { .. } => SafetyReason::LinkDown,
             Self::DriveFailed(fault) => fault.reason(),
-            Self::ModuleFailed(_) => Reason::ModuleFailed,
+            Self::ModuleFailed(_) => SafetyReason::ModuleFailed,
         }
     }
 }
@@ -88,16 +88,16 @@ impl TickResult {
 ///
 /// Range, rate and safe value are [declared](DeviceDescriptor::with_limits) with the device. An input without limits
 /// gets any finite command; its safe value is zero. The rate limit also applies on the way to and from the safe value,
-/// so motion starts at the actuator's current value, whatever integrators have wound up. [`Reason`] is the reason why
+/// so motion starts at the actuator's current value, whatever integrators have wound up. [`SafetyReason`] is the reason why
 /// the device did not get the scheme's command, [`DriveState`] the state of the drive as in CiA 402.
 #[derive(Debug)]
 pub struct Safety {
     state: DriveState,
     is_motion_forbidden: bool,
     /// The latched fault and its reason, in a fault state.
-    failed: (TickResult, Reason),
+    failed: (TickResult, SafetyReason),
     refused_ticks: u32,
-    reason: Reason,
+    reason: SafetyReason,
     counts: ReasonCounts,
     limited: Vec<Limited, MAX_LIMITED_WORDS>,
     velocity: Velocity,
@@ -109,9 +109,9 @@ impl Safety {
         Self {
             state: DriveState::NotReadyToSwitchOn,
             is_motion_forbidden: false,
-            failed: (TickResult::Ran, Reason::None),
+            failed: (TickResult::Ran, SafetyReason::None),
             refused_ticks: 0,
-            reason: Reason::None,
+            reason: SafetyReason::None,
             counts: ReasonCounts::new(),
             limited: Vec::new(),
             velocity: Velocity::NONE,
@@ -132,7 +132,7 @@ impl Safety {
         self.meet(DriveEvent::Initialized);
     }
 
-    pub(crate) fn allow_motion(&mut self, is_allowed: bool) {
+    pub(crate) fn set_motion_allowed(&mut self, is_allowed: bool) {
         self.is_motion_forbidden = !is_allowed;
         if !is_allowed {
             self.meet(DriveEvent::QuickStop);
@@ -140,7 +140,7 @@ impl Safety {
     }
 
     fn meet(&mut self, event: DriveEvent) {
-        self.state = self.state.after(event).unwrap_or(self.state);
+        self.state = self.state.transition(event).unwrap_or(self.state);
     }
 
     /// Enables operation if motion is allowed and no fault is latched; returns whether the scheme commands
@@ -188,7 +188,7 @@ impl Safety {
 
     /// Returns why the device did not get the scheme's command in the last tick.
     #[must_use]
-    pub fn reason(&self) -> Reason {
+    pub fn reason(&self) -> SafetyReason {
         self.reason
     }
 
@@ -221,7 +221,7 @@ impl Safety {
                     TickResult::Disarmed
                 }
                 Ok(()) => {
-                    self.reason = Reason::None;
+                    self.reason = SafetyReason::None;
                     if !self.limited.is_empty() {
                         if !self.has_commanded {
                             self.hold_position(measured);
@@ -265,7 +265,7 @@ impl Safety {
             }
         }
         if held.by_rate {
-            self.counts.count(Reason::RateLimited);
+            self.counts.count(SafetyReason::RateLimited);
         } else {
             self.meet(DriveEvent::Stopped);
         }
@@ -286,7 +286,7 @@ impl Safety {
 
     /// Returns the result and reason of a tick in which no scheme commands the device; the latched fault
     /// until a reset.
-    fn tell(&mut self, tick: TickResult, cause: TickResult, is_running: bool) -> (TickResult, Reason) {
+    fn tell(&mut self, tick: TickResult, cause: TickResult, is_running: bool) -> (TickResult, SafetyReason) {
         let told = (cause, cause.reason());
         let is_refused = matches!(tick, TickResult::MeasurementRefused(_) | TickResult::CommandRefused(_));
         self.refused_ticks = self.refused_ticks.saturating_add(is_refused.into());
@@ -326,7 +326,9 @@ impl Safety {
 
     #[cold]
     fn count_held(&mut self, held: Held) {
-        for (reason, is_so) in [(Reason::RateLimited, held.by_rate), (Reason::RangeLimited, held.by_range)] {
+        for (reason, is_so) in
+            [(SafetyReason::RateLimited, held.by_rate), (SafetyReason::RangeLimited, held.by_range)]
+        {
             if is_so {
                 self.counts.count(reason);
                 self.reason = reason;

@@ -33,7 +33,7 @@ pub const MAGIC: [u8; 8] = *b"DIMSTAMP";
 /// Version of the layout.
 pub const VERSION: u16 = 2;
 /// Suffix of the name of an unstamped image, in a board's description.
-pub const UNSTAMPED: &str = " unstamped";
+pub const UNSTAMPED_SUFFIX: &str = " unstamped";
 /// Maximum bytes of a text.
 pub const MAX_TEXT_BYTES: usize = 16;
 
@@ -164,7 +164,7 @@ mod tests {
     #[test]
     fn what_is_linked_has_a_scheme_and_no_costs() {
         static STAMP: Stamp<3, 2> =
-            Stamp::unstamped("master", &[1, 2, 3], [KindId::of("PD"), KindId::of("P")]);
+            Stamp::unstamped("master", &[1, 2, 3], [KindId::from_name("PD"), KindId::from_name("P")]);
         assert_eq!((STAMP.side(), STAMP.scheme(), STAMP.lines), ("master", [1, 2, 3].as_slice(), 3));
         assert_eq!((STAMP.costs(), STAMP.limit_cycles()), (None, None));
     }
@@ -176,7 +176,7 @@ mod tests {
             memory: text("flash"),
             limit_cycles: 84_000,
             costs: LINES,
-            ..Stamp::unstamped("slave", &[], [KindId::of("PD")])
+            ..Stamp::unstamped("slave", &[], [KindId::from_name("PD")])
         };
         assert_eq!(STAMP.costs(), Some(Costs::new(&LINES, &STAMP.kinds)));
         assert_eq!(STAMP.limit_cycles().map(NonZeroU32::get), Some(84_000));

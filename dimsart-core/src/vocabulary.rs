@@ -3,7 +3,9 @@
 pub(crate) mod description;
 pub mod names;
 
-pub(crate) use description::{Accepted, DataTypeText, ParameterText, PortDescription};
+pub(crate) use description::{
+    DataTypeDescription, ParameterDescription, ParameterTypeDescription, PortDescription,
+};
 pub(crate) use names::Name;
 
 use core::fmt;
@@ -33,14 +35,14 @@ pub trait Vocabulary {
 
     /// Returns parameter `index` of a module kind; none after the last one, except number 127, the
     /// [period](crate::Rate) of the module.
-    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>>;
+    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterDescription<'_>>;
 
     /// Returns port `index` of a module with its current parameters; none after the last one.
     fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortDescription<'_>>;
 
     /// Returns the data type at `index` of the list: the standard types, then the device's own; none after
     /// the last one.
-    fn type_text(&self, index: u16) -> Option<DataTypeText<'_>>;
+    fn type_text(&self, index: u16) -> Option<DataTypeDescription<'_>>;
 
     /// Returns the names of all module kinds.
     fn kind_names(&self) -> impl Iterator<Item = &str> {
@@ -49,11 +51,11 @@ pub trait Vocabulary {
 
     /// Returns the name of a module kind.
     fn kind_name(&self, kind: KindId) -> Option<&str> {
-        self.kind_names().find(|name| KindId::of(name) == kind)
+        self.kind_names().find(|name| KindId::from_name(name) == kind)
     }
 
     /// Returns the parameters of a module kind.
-    fn parameter_texts(&self, kind: KindId) -> impl Iterator<Item = ParameterText<'_>> {
+    fn parameter_texts(&self, kind: KindId) -> impl Iterator<Item = ParameterDescription<'_>> {
         (0..=u8::MAX).map_while(move |index| self.parameter_text(kind, index))
     }
 
@@ -63,7 +65,7 @@ pub trait Vocabulary {
     }
 
     /// Returns all data types.
-    fn type_texts(&self) -> impl Iterator<Item = DataTypeText<'_>> {
+    fn type_texts(&self) -> impl Iterator<Item = DataTypeDescription<'_>> {
         (0..=u16::MAX).map_while(|index| self.type_text(index))
     }
 
@@ -78,7 +80,7 @@ pub trait Vocabulary {
     }
 
     /// Finds a parameter of a module kind by name, and its number.
-    fn find_parameter(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
+    fn find_parameter(&self, kind: KindId, name: &str) -> Option<(u8, ParameterDescription<'_>)> {
         let of_all = self.parameter_text(kind, EVERY_TICKS).map(|parameter| (EVERY_TICKS, parameter));
         let mut found = (0..=u8::MAX).zip(self.parameter_texts(kind)).chain(of_all);
         found.find(|(_, parameter)| parameter.name == name)
@@ -93,7 +95,7 @@ pub trait Vocabulary {
     }
 
     /// Returns the data type of a signal.
-    fn type_of(&self, signal: TypeRef) -> Option<DataTypeText<'_>> {
+    fn type_of(&self, signal: TypeRef) -> Option<DataTypeDescription<'_>> {
         self.type_texts().find(|found| found.id == signal.id)
     }
 

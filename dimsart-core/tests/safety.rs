@@ -6,7 +6,7 @@
 use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveFault,
-    DriveState, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, TickResult, Word,
+    DriveState, FrameError, InputLimits, LimitsError, Packet, SafeValue, SafetyReason, TickResult, Word,
     limits::MAX_LIMITED_WORDS, scheme, types,
 };
 use dimsart_link::EventKind;
@@ -80,10 +80,10 @@ impl Arm {
     }
 
     fn of(device: DeviceDescriptor) -> Self {
-        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap();
         load(&mut dimsart, SPRING);
         let mut sender =
-            Dimsart::new(ProvidedMemory::leaked(), described(&[types::VELOCITY], &[]), ALL).unwrap();
+            Dimsart::new(ProvidedMemory::leak_default(), described(&[types::VELOCITY], &[]), ALL).unwrap();
         load(
             &mut sender,
             "any COMM_TXMOD CTX_ADD_DATA VELOCITY\nany MOD_ENG MOD_ON COMM_TXMOD\nany MOD_ENG MATCHING_CHECK",
@@ -125,12 +125,12 @@ impl Arm {
         load(&mut self.dimsart, "any MOD_ENG RESET");
     }
 
-    fn reason(&self) -> Reason {
+    fn reason(&self) -> SafetyReason {
         self.dimsart.safety().reason()
     }
 
-    fn ticks_of(&self, reason: Reason) -> u32 {
-        self.dimsart.safety().counts().ticks_with(reason)
+    fn ticks_of(&self, reason: SafetyReason) -> u32 {
+        self.dimsart.safety().counts().tick_count(reason)
     }
 }
 
@@ -239,8 +239,8 @@ impl Model {
             is_too_fast |= force_n[axis].max(min).min(max).to_bits() != given.to_bits();
         }
         let reason = match tick {
-            TickResult::Ran if is_outside => Reason::RangeLimited,
-            TickResult::Ran if is_too_fast => Reason::RateLimited,
+            TickResult::Ran if is_outside => SafetyReason::RangeLimited,
+            TickResult::Ran if is_too_fast => SafetyReason::RateLimited,
             _ => tick.reason(),
         };
         assert_eq!(arm.reason(), reason);
@@ -262,7 +262,7 @@ impl Model {
 
 #[test]
 fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
-    let mut met = [0; Reason::ALL.len()];
+    let mut met = [0; SafetyReason::ALL.len()];
     for seed in 0..60 {
         let (mut random, mut arm, mut model) = (Random(seed), Arm::limited(), Model::new());
         let (mut is_allowed, mut is_silent, mut is_late) = (true, false, false);
@@ -287,7 +287,7 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
                 arm.position_m = arm.position_m.map(|position| position + 0.01 * random.share());
             }
             let half_n = [(); AXES].map(|()| random.force_n());
-            arm.dimsart.allow_motion(is_allowed);
+            arm.dimsart.set_motion_allowed(is_allowed);
             arm.dimsart.set_commands_stale(is_late);
             let tick = if is_silent { arm.tick_in_silence(half_n) } else { arm.tick(half_n) };
             let position_m = arm.position_m;
@@ -299,11 +299,11 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
             *met += ticks;
         }
     }
-    let mut often = Reason::ALL.iter().zip(met);
+    let mut often = SafetyReason::ALL.iter().zip(met);
     // A command frame of wrong length cannot occur here; the arm has no drive, so drive faults cannot occur
     // either.
-    let is_none = |reason: Reason| {
-        matches!(reason, Reason::CommandRefused | Reason::DriveGone)
+    let is_none = |reason: SafetyReason| {
+        matches!(reason, SafetyReason::CommandRefused | SafetyReason::DriveGone)
             || DriveFault::ALL.iter().any(|fault| fault.reason() == reason)
     };
     let is_met = often.all(|(reason, ticks)| ticks > 100 || is_none(*reason));
@@ -315,13 +315,13 @@ fn the_safe_value_is_reached_and_left_at_the_rate() {
     let mut arm = Arm::limited();
     (0..400).for_each(|_| assert_eq!(arm.tick([2.5, 10.0, 5.0]), TickResult::Ran));
     assert_eq!(arm.given, [5.0, 20.0, 10.0]);
-    arm.dimsart.allow_motion(false);
+    arm.dimsart.set_motion_allowed(false);
     for tick in 1_u8..=10 {
         assert_eq!(arm.tick([2.5, 10.0, 5.0]), TickResult::Disarmed);
         let left = f32::from(5_u8.saturating_sub(tick));
         assert_eq!(arm.given, [left, 20.0, f32::max(10.0 - 3.0 * f32::from(tick), 0.0)]);
     }
-    arm.dimsart.allow_motion(true);
+    arm.dimsart.set_motion_allowed(true);
     assert_eq!(arm.tick([2.5, 10.0, 5.0]), TickResult::Ran);
     assert_eq!(arm.given, [1.0, 20.0, 3.0]);
 }
@@ -331,7 +331,7 @@ fn arming_forgets_what_an_integrator_has_wound_up_and_keeps_to_the_rate() {
     let run = |limits: &'static [&'static [InputLimits]]| {
         let device = described(&[types::DES_POSITION, types::POSITION], &[types::DES_FORCE]);
         let mut dimsart =
-            Dimsart::new(ProvidedMemory::leaked(), device.with_limits(limits).unwrap(), ALL).unwrap();
+            Dimsart::new(ProvidedMemory::leak_default(), device.with_limits(limits).unwrap(), ALL).unwrap();
         let rows = "
 any PIDCTRL_MOD I_PARAM 1000
 any MOD_ENG MOD_ON PIDCTRL_MOD
@@ -341,7 +341,7 @@ any MOD_ENG MATCHING_CHECK";
         measured[0] = 1.0_f32.into();
         let mut tick = |is_allowed| {
             let mut commanded = [Word(0); AXES];
-            dimsart.allow_motion(is_allowed);
+            dimsart.set_motion_allowed(is_allowed);
             dimsart.tick(&measured, &mut commanded);
             f32::from_bits(commanded[0].0)
         };
@@ -365,7 +365,7 @@ fn a_rate_that_is_accepted_changes_the_command_anywhere_in_its_range() {
         for [stands, wanted] in [[min, max], [max, min], [0.5 * (min + max), min], [0.5 * (min + max), max]] {
             let device = described(&[types::FAR_POSITION, types::POSITION], &[types::DES_POSITION]);
             let device = device.with_limits(Box::leak(Box::new([limits]))).unwrap();
-            let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
+            let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap();
             load(&mut dimsart, FOLLOWS);
             let measured = [[Word::from(wanted); AXES], [Word::from(stands); AXES]].concat();
             let mut commanded = [Word(0); AXES];
@@ -388,8 +388,9 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
         (tick, f32::from_bits(commanded[0].0))
     };
     let device = || described(&[types::FAR_POSITION, types::POSITION], &[types::DES_POSITION]);
-    let new =
-        |limits| Dimsart::new(ProvidedMemory::leaked(), device().with_limits(limits).unwrap(), ALL).unwrap();
+    let new = |limits| {
+        Dimsart::new(ProvidedMemory::leak_default(), device().with_limits(limits).unwrap(), ALL).unwrap()
+    };
     let mut dimsart = new(&[HELD]);
     // Without commands the device may be moved by hand.
     assert_eq!(tick(&mut dimsart, f32::NAN).1, 0.0, "no measurement yet");
@@ -400,7 +401,7 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
     // A scheme that commands 0 starts from there.
     load(&mut dimsart, FOLLOWS);
     assert_eq!(tick(&mut dimsart, 1.0), (TickResult::Ran, 1.0 - H_S));
-    dimsart.allow_motion(false);
+    dimsart.set_motion_allowed(false);
     assert_eq!(tick(&mut dimsart, 1.75), (TickResult::Disarmed, 1.0 - H_S), "its last value");
     // A scheme that commands from the first tick on.
     let mut dimsart = new(&[HELD]);
@@ -412,7 +413,7 @@ fn a_position_that_is_held_begins_where_the_device_stands() {
 fn damping_takes_the_measured_velocity_where_there_is_one() {
     let device = described(&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
     let mut dimsart =
-        Dimsart::new(ProvidedMemory::leaked(), device.with_limits(&[DAMPED]).unwrap(), ALL).unwrap();
+        Dimsart::new(ProvidedMemory::leak_default(), device.with_limits(&[DAMPED]).unwrap(), ALL).unwrap();
     let mut tick = |velocity: f32| {
         let mut measured = [Word(0); 2 * AXES];
         measured[AXES + 1] = velocity.into();
@@ -435,7 +436,7 @@ fn limits_that_limit_nothing_change_no_bit() {
         let is_allowed = !random.one_in(4);
         let half_n = [(); AXES].map(|()| random.force_n());
         let ticks = [&mut plain, &mut limited].map(|arm| {
-            arm.dimsart.allow_motion(is_allowed);
+            arm.dimsart.set_motion_allowed(is_allowed);
             let tick = arm.tick(half_n);
             (format!("{tick:?}"), arm.count, arm.given.map(f32::to_bits), arm.reason())
         });
@@ -452,30 +453,30 @@ fn every_reason_can_be_met_and_is_counted() {
         met.push(reason);
     };
     (0..20).for_each(|_| _ = arm.tick([0.0, 0.5, 0.0]));
-    assert_eq!((arm.reason(), arm.ticks_of(Reason::RateLimited)), (Reason::None, 0));
+    assert_eq!((arm.reason(), arm.ticks_of(SafetyReason::RateLimited)), (SafetyReason::None, 0));
     let tick = arm.tick([0.0, 1.0, 0.0]);
-    meet(&arm, tick, Reason::RateLimited);
+    meet(&arm, tick, SafetyReason::RateLimited);
     let tick = arm.tick([0.0, 0.4, 0.0]);
-    meet(&arm, tick, Reason::RangeLimited);
-    arm.dimsart.allow_motion(false);
+    meet(&arm, tick, SafetyReason::RangeLimited);
+    arm.dimsart.set_motion_allowed(false);
     let tick = arm.tick([0.0; AXES]);
-    meet(&arm, tick, Reason::Disarmed);
-    arm.dimsart.allow_motion(true);
+    meet(&arm, tick, SafetyReason::Disarmed);
+    arm.dimsart.set_motion_allowed(true);
     let tick = arm.tick([f32::NAN; AXES]);
     assert!(matches!(tick, TickResult::MeasurementRefused(FrameError::NotFinite { .. })));
-    meet(&arm, tick, Reason::MeasurementRefused);
+    meet(&arm, tick, SafetyReason::MeasurementRefused);
     arm.reset();
     let tick = arm.dimsart.tick(&[Word(0); 2 * AXES], &mut []);
-    meet(&arm, tick, Reason::CommandRefused);
+    meet(&arm, tick, SafetyReason::CommandRefused);
     assert_eq!(arm.dimsart.refused_ticks(), 2);
     arm.reset();
     let tick = arm.tick([f32::MAX; AXES]);
-    meet(&arm, tick, Reason::ModuleFailed);
+    meet(&arm, tick, SafetyReason::ModuleFailed);
     arm.reset();
     arm.tick([0.0, 0.5, 0.0]);
     arm.dimsart.set_commands_stale(true);
     let tick = arm.tick([0.0, 0.5, 0.0]);
-    meet(&arm, tick, Reason::CommandsLate);
+    meet(&arm, tick, SafetyReason::CommandsLate);
     arm.dimsart.set_commands_stale(false);
     // On a bus of drives, the fault names the axis.
     let gone = DriveFault::NoResponse { axis: 1 };
@@ -486,7 +487,7 @@ fn every_reason_can_be_met_and_is_counted() {
         let tick = arm.tick([0.0, 0.5, 0.0]);
         meet(&arm, tick, fault.reason());
         assert_eq!(tick, TickResult::DriveFailed(fault));
-        assert_eq!(DriveFault::by_number(fault.reason().number()), (fault != gone).then_some(fault));
+        assert_eq!(DriveFault::from_number(fault.reason().number()), (fault != gone).then_some(fault));
         arm.dimsart.set_drive_fault(None);
         assert_eq!(arm.tick([0.0, 0.5, 0.0]), tick, "until a reset");
         // An implausible measurement or a module fault in the same tick is a consequence.
@@ -504,18 +505,18 @@ fn every_reason_can_be_met_and_is_counted() {
     let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
         .take(100)
         .find(|tick| *tick == TickResult::LinkLost { link: 0 });
-    meet(&arm, tick.unwrap(), Reason::LinkLost);
+    meet(&arm, tick.unwrap(), SafetyReason::LinkLost);
     arm.reset();
     let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
         .take(100)
         .find(|tick| *tick == TickResult::LinkDown { link: 0 });
-    meet(&arm, tick.unwrap(), Reason::LinkDown);
+    meet(&arm, tick.unwrap(), SafetyReason::LinkDown);
     arm.reset();
     load(&mut arm.dimsart, "any MOD_ENG STOP");
     let tick = arm.tick([0.0; AXES]);
-    meet(&arm, tick, Reason::Stopped);
+    meet(&arm, tick, SafetyReason::Stopped);
     met.sort_by_key(|reason| reason.number());
-    assert_eq!(met, Reason::ALL);
+    assert_eq!(met, SafetyReason::ALL);
 }
 
 /// Released numbers and names: add a row for a new one, never change one.
@@ -556,10 +557,10 @@ fn row(number: u8, cells: [&str; 3]) -> String {
 #[test]
 fn numbers_and_names_stay_and_the_page_of_faults_has_them_all_in_the_same_words() {
     let page = include_str!("../../docs/faults.md");
-    let all = core::iter::once(&Reason::None).chain(Reason::ALL);
+    let all = core::iter::once(&SafetyReason::None).chain(SafetyReason::ALL);
     assert_eq!(all.map(|reason| (reason.number(), reason.name())).collect::<Vec<_>>(), NUMBERS);
     for number in 0..=u8::MAX {
-        let found = Reason::by_number(number);
+        let found = SafetyReason::from_number(number);
         let name = NUMBERS.iter().find(|(known, _)| *known == number).map(|(_, name)| *name);
         assert_eq!(found.map(|reason| (reason.number(), reason.name())), name.map(|name| (number, name)));
         let Some(reason) = found else { continue };
@@ -577,10 +578,10 @@ fn numbers_and_names_stay_and_the_page_of_faults_has_them_all_in_the_same_words(
 #[test]
 fn a_new_device_begins_anew_but_motion_stays_forbidden() {
     let mut arm = Arm::limited();
-    arm.dimsart.allow_motion(false);
+    arm.dimsart.set_motion_allowed(false);
     arm.tick([1.0; AXES]);
     arm.dimsart.connect(device(), ALL).unwrap();
-    assert_eq!((arm.reason(), arm.ticks_of(Reason::Disarmed)), (Reason::None, 0));
+    assert_eq!((arm.reason(), arm.ticks_of(SafetyReason::Disarmed)), (SafetyReason::None, 0));
     load(&mut arm.dimsart, SPRING);
     assert_eq!(arm.tick([1.0; AXES]), TickResult::Disarmed);
 }
@@ -600,35 +601,35 @@ fn limits_that_cannot_be_kept_are_refused_with_the_word_and_why() {
     let none = InputLimits::NONE;
     assert_eq!(fault(none), None);
     for (min, max) in [(1.0, 2.0), (-2.0, -1.0), (2.0, 1.0), (f32::NAN, 1.0), (-1.0, f32::INFINITY)] {
-        assert_eq!(fault(InputLimits { min, max, ..none }), Some(LimitsFault::Range), "{min} to {max}");
+        assert_eq!(fault(InputLimits { min, max, ..none }), Some(LimitsError::Range), "{min} to {max}");
     }
     assert_eq!(fault(InputLimits { min: 1.0, max: 2.0, safe_value: SafeValue::Hold, ..none }), None);
     for rate_per_s in [0.0, -1.0, f32::NAN] {
-        assert_eq!(fault(InputLimits { rate_per_s, ..none }), Some(LimitsFault::Rate), "{rate_per_s}");
+        assert_eq!(fault(InputLimits { rate_per_s, ..none }), Some(LimitsError::Rate), "{rate_per_s}");
     }
     // An ulp of 1000 is 2^-14.
     let range = InputLimits { min: -1000.0, max: 10.0, ..none };
     let min_per_s = 1.0 / (16_384.0 * H_S);
     assert_eq!(fault(InputLimits { rate_per_s: min_per_s, ..range }), None);
     let rate_per_s = 0.99 * min_per_s;
-    let too_small = LimitsFault::RateTooSmall { rate_per_s, at: 1000.0, min_per_s };
+    let too_small = LimitsError::RateTooSmall { rate_per_s, at: 1000.0, min_per_s };
     assert_eq!(fault(InputLimits { rate_per_s, ..range }), Some(too_small));
     assert_eq!(
         too_small.to_string(),
         "rate_per_s = 0.061875 is too small: the change per tick is lost in f32 rounding at 1000; set rate_per_s to 0.0625 or \
          more, or narrow the range"
     );
-    assert!(matches!(fault(InputLimits { rate_per_s: 1e9, ..none }), Some(LimitsFault::RateTooSmall { .. })));
+    assert!(matches!(fault(InputLimits { rate_per_s: 1e9, ..none }), Some(LimitsError::RateTooSmall { .. })));
     for coefficient in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let safe_value = SafeValue::Damping { coefficient };
         assert_eq!(
             fault(InputLimits { safe_value, ..none }),
-            Some(LimitsFault::Coefficient),
+            Some(LimitsError::Coefficient),
             "{coefficient}"
         );
     }
     let on_count = |limits: InputLimits| declare(&[&[limits], &[]]);
-    let format = Some(DescriptorError::Limits { word: 0, fault: LimitsFault::Format });
+    let format = Some(DescriptorError::Limits { word: 0, fault: LimitsError::Format });
     assert_eq!(on_count(InputLimits { max: 3.0, ..none }), format);
     assert_eq!(on_count(LIMITS[2]), format);
     assert_eq!(on_count(none), None);
@@ -637,7 +638,7 @@ fn limits_that_cannot_be_kept_are_refused_with_the_word_and_why() {
     assert_eq!(declare(&[&[], &[none]]), None, "one for all words");
 
     let blind = described(&[types::FORCE], &[types::DES_FORCE]).with_limits(&[DAMPED]).err();
-    assert_eq!(blind, Some(DescriptorError::Limits { word: 0, fault: LimitsFault::NoVelocity }));
+    assert_eq!(blind, Some(DescriptorError::Limits { word: 0, fault: LimitsError::NoVelocity }));
     const EIGHT: &[InputLimits] = &[InputLimits::NONE; 8];
     let axes = [AxisKind::Rotary; 8];
     let many = DeviceDescriptor::new(

@@ -46,7 +46,7 @@
 //! ```
 //! Without a session, a sealer sends a hello instead of each message. With a session, it sends the proof
 //! before each message until the opener acknowledges it. A lost handshake message therefore costs one
-//! message. A [`Guard`] combines both ends for one side of a link: it seals outgoing messages, opens incoming
+//! message. A [`SecureChannel`] combines both ends for one side of a link: it seals outgoing messages, opens incoming
 //! ones, and sends a question when it cannot open a message.
 //!
 //! # Attacks
@@ -87,8 +87,8 @@ mod opener;
 mod sealer;
 mod tag;
 
-pub use guard::{Guard, SESSION_HOLD_MS};
-pub use line::Line;
+pub use guard::{SESSION_HOLD_MS, SecureChannel};
+pub use line::KeyDomain;
 pub use opener::{AuthError, Opener};
 pub use sealer::Sealer;
 pub use tag::{Key, Profile};

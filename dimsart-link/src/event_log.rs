@@ -7,14 +7,14 @@
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::checksum::CRC;
-use dimsart_core::{KindId, ModuleRef, Reason, TypeRef};
+use dimsart_core::{KindId, ModuleRef, SafetyReason, TypeRef};
 
 /// Maximum number of stored events.
 pub const MAX_EVENTS: usize = 64;
 
 macro_rules! kinds {
     ($($number:literal $kind:ident $name:literal $meaning:literal $remedy:literal;)*) => {
-        /// Events other than a change of the safety [`Reason`]. Their numbers follow the numbers of reasons
+        /// Events other than a change of the safety [`SafetyReason`]. Their numbers follow the numbers of reasons
         /// and are never reused.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[non_exhaustive]
@@ -109,7 +109,7 @@ pub struct Event {
     pub number: u32,
     /// Tick of the event since the board's start, modulo 2^32.
     pub tick: u32,
-    /// Number of a [`Reason`] or of an [`EventKind`].
+    /// Number of a [`SafetyReason`] or of an [`EventKind`].
     pub what: u8,
     /// The module concerned, if any.
     pub module: Option<ModuleRef>,
@@ -126,7 +126,7 @@ impl Event {
     #[must_use]
     pub fn name(&self) -> Option<&'static str> {
         let kind = EventKind::ALL.iter().find(|kind| **kind as u8 == self.what).map(|kind| kind.name());
-        kind.or_else(|| Reason::by_number(self.what).map(Reason::name))
+        kind.or_else(|| SafetyReason::from_number(self.what).map(SafetyReason::name))
     }
 
     /// An event without details; the log sets number and tick.
@@ -307,7 +307,7 @@ mod tests {
                 (136, "CAN bus given up"),
             ]
         );
-        assert!(kinds.into_iter().all(|(number, _)| Reason::by_number(number).is_none()));
+        assert!(kinds.into_iter().all(|(number, _)| SafetyReason::from_number(number).is_none()));
     }
 
     proptest! {

@@ -203,7 +203,7 @@ impl Frame {
 
     /// Returns the number of bytes available for one more section.
     #[must_use]
-    pub fn room(&self) -> usize {
+    pub fn free_bytes(&self) -> usize {
         MAX_FRAME_BYTES.saturating_sub(self.length + HEADER_BYTES)
     }
 
@@ -321,7 +321,7 @@ mod tests {
         frame.clear();
         frame.push(Tag::Command, &[7; MAX_FRAME_BYTES - 96]).unwrap();
         let before = frame.as_bytes().to_vec();
-        let room = frame.room();
+        let room = frame.free_bytes();
         assert!(frame.push(Tag::Words, &std::vec![0; room + 1]).is_err());
         assert_eq!(frame.as_bytes(), before);
         frame.push(Tag::Words, &std::vec![0; room]).unwrap();

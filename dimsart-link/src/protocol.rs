@@ -25,7 +25,7 @@
 //! # Keys
 //!
 //! With feature `auth` a board can store a key ([`KeyAction`]). The board then accepts requests that change
-//! or move something (`Request::needs_key`) only if they are sealed with that key; see `Gate` and
+//! or move something (`Request::needs_key`) only if they are sealed with that key; see `AccessControl` and
 //! `RequestSealer`. Responses are not sealed.
 //!
 //! # Unsolicited messages
@@ -38,7 +38,7 @@
 //!
 //! [`PROTOCOL_VERSION`] increases when variants are added. Variants are added at the end, here and in every
 //! transmitted core enum; from [`OLDEST_PROTOCOL_VERSION`] on, existing variants never change. A device
-//! therefore answers every known request from an older or newer host, and [`Refusal::NotUnderstood`]
+//! therefore answers every known request from an older or newer host, and [`Refusal::Unsupported`]
 //! otherwise. Devices older than [`OLDEST_PROTOCOL_VERSION`] need the host program of their image.
 //!
 //! # Time
@@ -86,14 +86,14 @@ mod snapshot;
 mod telemetry;
 
 pub use blocked::{FirstFault, NotCommandedReason};
-pub use client::{NO_CLIENT, client_of, request_id};
+pub use client::{NO_CLIENT, request_client, request_id};
 pub use cycles::CyclesReport;
-pub use description::{Identity, InstanceText, ModuleText};
+pub use description::{Identity, InstanceDescription, ModuleDescription};
 pub use device_info::DeviceInfo;
 pub use dimsart_core::envelope::MAX_CONTENT_BYTES;
-pub use frame::{DecodeError, MAX_FRAME_BYTES, NoRoom};
+pub use frame::{BufferTooSmall, DecodeError, MAX_FRAME_BYTES};
 #[cfg(feature = "auth")]
-pub use gate::{Gate, GateOutcome};
+pub use gate::{AccessControl, AccessOutcome};
 pub use heartbeat::{HEARTBEATS_PER_S, Heartbeat, decode_heartbeat, encode_heartbeat};
 #[cfg(feature = "auth")]
 pub use key::KeyBytes;
@@ -108,7 +108,7 @@ pub use receiver::{Counters, Receiver};
 pub use refusal::Refusal;
 pub use request::{Request, decode_request, encode_request};
 pub use response::{
-    Effect, MAX_SIGNAL_WORDS, Response, SignalText, Status, TimingReport, decode_response, encode_response,
+    Effect, MAX_SIGNAL_WORDS, Response, SignalWords, Status, TimingReport, decode_response, encode_response,
 };
 pub use safety::{MAX_REASONS, SafetyReport};
 pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Trial};

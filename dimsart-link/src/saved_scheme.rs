@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::encode::encode_into;
 use dimsart_core::checksum::{CRC, Table};
-use dimsart_core::{Command, CommandError, Dimsart, Engine, ModuleRef, ParameterText, types};
+use dimsart_core::{Command, CommandError, Dimsart, Engine, ModuleRef, ParameterDescription, types};
 
 /// Version of the layout.
 pub const SAVED_SCHEME_VERSION: u8 = 2;
@@ -136,7 +136,7 @@ pub fn save(engine: &mut Engine) -> Result<SchemeBytes, TooLong> {
 ///
 /// An image reads its own fingerprint from its built-in scheme instead of computing it.
 #[must_use]
-pub fn fingerprint_of(bytes: &[u8]) -> u32 {
+pub fn saved_fingerprint(bytes: &[u8]) -> u32 {
     let found = bytes.get(1..).and_then(<[u8]>::first_chunk);
     found.map_or(0, |bytes| u32::from_le_bytes(*bytes))
 }
@@ -201,7 +201,7 @@ pub fn fingerprint(engine: &mut Engine) -> u32 {
         let kind = found.id;
         digest = digest.with(&found.name);
         let parameters = (0..).map_while(|index| engine.kinds().describe_parameter(kind, index));
-        for text in parameters.map(ParameterText::try_from) {
+        for text in parameters.map(ParameterDescription::try_from) {
             let content = text
                 .as_ref()
                 .map(|text| (text.name, &text.accepts, text.entries, text.default, text.is_structural));

@@ -28,7 +28,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::filtered::Filtered;
+use crate::filtered::FilterPorts;
 use dimsart_core::{Context, Module, ParameterError, Unit, words};
 
 /// Maximum error of the gain at 0 Hz due to rounded coefficients.
@@ -58,7 +58,7 @@ impl Module for Biquad {
     type Gains = ();
     type State = ();
     type AxisState = AxisState;
-    type Ports = Filtered;
+    type Ports = FilterPorts;
 
     fn validate(settings: &Settings) -> Result<(), ParameterError> {
         let is_wrong = |[_, _, _, a0, _, _]: &[f32; 6]| a0 * (a0 - 1.0) != 0.0;
@@ -88,7 +88,7 @@ impl Module for Biquad {
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Filtered { input, output } = context.ports();
+        let FilterPorts { input, output } = context.ports();
         let Settings { sections } = context.settings();
         context.map_axes([input], [output], |(), axis, [x]| {
             let mut x = x;

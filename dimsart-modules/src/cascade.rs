@@ -24,7 +24,7 @@
 
 use crate::anti_windup::follow;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
+use dimsart_core::{Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Parameters common to all axes.
@@ -89,7 +89,7 @@ impl Module for Cascade {
         gains.integral_per_tick = gains.integral * device.sample_period_s();
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let position = declare.input("POSITION", types::POSITION);
         let velocity = declare.input("VELOCITY", types::VELOCITY);
         let desired_position = declare.input("DES_POSITION", types::DES_POSITION);

@@ -111,7 +111,7 @@ impl Module for Chirp {
             Sweep::Linear => first + growth * (2.0 * tick + 1.0),
             Sweep::Logarithmic => first * math::exp(growth * tick),
         };
-        periods.add_turns(math::fraction(step.max(0.0)));
+        periods.add_wrapped(math::fraction(step.max(0.0)));
         context.set_state(State { periods, ticks: ticks + 1 });
     }
 }

@@ -40,13 +40,13 @@ use crate::channel::{
     ALL_AXES, AXES, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, Prepared, first_wave, not_f32,
 };
 use crate::reception::{Came, Expected, Reception};
-use crate::wave_integral::Received;
+use crate::wave_integral::ReceivedTotals;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
-use dimsart_core::mailbox::{counters_ahead, low_half};
+use dimsart_core::mailbox::{counter_distance, low_u16};
 use dimsart_core::parameter::TypeList;
 use dimsart_core::{
-    AxisContext, Context, Declare, DeviceDescriptor, LinkPort, Module, Output, ParameterError, Parameters,
-    Single, Unit, Untyped, choice, types, words,
+    AxisContext, Context, Declarations, DeviceDescriptor, LinkPort, Module, Output, ParameterError,
+    Parameters, ScalarSignal, Unit, Untyped, choice, types, words,
 };
 
 choice! {
@@ -92,12 +92,12 @@ words! {
         channel: [Output<Untyped>; MAX_CHANNEL_TYPES],
         /// The channel's first wave; unconnected without one.
         wave: Output,
-        age: Output<Single<u32>>,
-        lost: Output<Single<u32>>,
-        round_trip: Output<Single<u32>>,
-        refused: Output<Single<u32>>,
-        state: Output<Single<u32>>,
-        jitter: Output<Single<f32>>,
+        age: Output<ScalarSignal<u32>>,
+        lost: Output<ScalarSignal<u32>>,
+        round_trip: Output<ScalarSignal<u32>>,
+        refused: Output<ScalarSignal<u32>>,
+        state: Output<ScalarSignal<u32>>,
+        jitter: Output<ScalarSignal<f32>>,
     }
 }
 
@@ -112,7 +112,7 @@ impl Module for CommRx {
     type Settings = Settings;
     type Gains = ();
     type State = State;
-    type AxisState = Received;
+    type AxisState = ReceivedTotals;
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
@@ -154,7 +154,7 @@ impl Module for CommRx {
         settings.not_f32 = not_f32(device, &settings.types);
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::default();
         let wave = first_wave(declare.device(), &settings.types);
         for (place, ((signal, name), port)) in
@@ -203,7 +203,7 @@ impl Module for CommRx {
             came
         };
         match came {
-            Some(came) => take(context, came, state.left_ticks, link.received.room()),
+            Some(came) => take(context, came, state.left_ticks, link.received.buffer()),
             None => go_without(context),
         }
         show(context, &state.reception, link);
@@ -228,7 +228,7 @@ fn accept_unusual(context: &Context<'_, CommRx>, link: &LinkPort) -> Option<Came
     }
     let State { mut reception, mut left_ticks, playout_ticks } = context.state();
     if playout_ticks != settings.playout_ticks {
-        left_ticks = low_half(settings.playout_ticks);
+        left_ticks = low_u16(settings.playout_ticks);
     }
     let plays_out = settings.playout_ticks != 0 && settings.stale.makes_up();
     if plays_out {
@@ -353,15 +353,15 @@ fn play_out(
     left_ticks: u16,
 ) -> u16 {
     let every_ticks = settings.expected.every_ticks;
-    let packets = counters_ahead(reception.counter(), before).max(1);
-    let brought_ticks = packets.saturating_mul(low_half(every_ticks));
-    let max_ticks = low_half(every_ticks + settings.playout_ticks);
+    let packets = counter_distance(reception.counter(), before).max(1);
+    let brought_ticks = packets.saturating_mul(low_u16(every_ticks));
+    let max_ticks = low_u16(every_ticks + settings.playout_ticks);
     reception.hold_no_more();
     if *came == Came::Restarted {
         return max_ticks;
     }
     // During playout, no wave passes unchanged.
-    *came = Came::Jumped;
+    *came = Came::AfterLoss;
     // A faster packet than all before, or a fast clock of the sender, shortens the schedule.
     left_ticks.saturating_add(brought_ticks).min(max_ticks)
 }
@@ -390,7 +390,7 @@ impl StalePolicy {
 
     /// Returns the part of the outstanding wave to output now, with `ticks` left. Cold: losses are rare.
     #[cold]
-    fn pay(self, received: &mut Received, period_s: f32, ticks: u16) -> f32 {
+    fn pay(self, received: &mut ReceivedTotals, period_s: f32, ticks: u16) -> f32 {
         received.pay(period_s, ticks, self == Self::Limited)
     }
 }

@@ -18,12 +18,12 @@ use crate::channel::{
     ALL_AXES, AXES, BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, Prepared,
     is_wave,
 };
-use crate::wave_integral::Sent;
+use crate::wave_integral::SentTotals;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
-use dimsart_core::mailbox::{low_half, next_number};
+use dimsart_core::mailbox::{low_u16, next_packet_number};
 use dimsart_core::parameter::TypeList;
 use dimsart_core::{
-    Content, Context, Declare, DeviceDescriptor, Input, LinkPort, Memory, Module, Unit, Untyped, words,
+    Content, Context, Declarations, DeviceDescriptor, Input, LinkPort, Memory, Module, Unit, Untyped, words,
 };
 
 words! {
@@ -59,7 +59,7 @@ words! {
         /// Number of the last packet; its low half is the counter, which is never 0.
         number: u32,
         /// Ticks since the last packet.
-        since_sent_ticks: u32,
+        ticks_since_sent: u32,
     }
     /// Ports and memory, indexed by the channel's signals.
     pub ports Ports {
@@ -82,7 +82,7 @@ impl Module for CommTx {
     type Settings = Settings;
     type Gains = ();
     type State = State;
-    type AxisState = Sent;
+    type AxisState = SentTotals;
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -93,7 +93,7 @@ impl Module for CommTx {
         settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::default();
         let Ports { samples, inputs, blocks } = &mut ports;
         let names = CHANNEL_PORTS.into_iter().zip(BLOCK_PORTS);
@@ -119,7 +119,7 @@ impl Module for CommTx {
 
     /// Keeps the counters of the packet and of the wave.
     fn begin(context: &Context<'_, Self>) {
-        context.set_state(State { since_sent_ticks: 0, ..context.state() });
+        context.set_state(State { ticks_since_sent: 0, ..context.state() });
     }
 
     #[inline(always)]
@@ -130,14 +130,14 @@ impl Module for CommTx {
             return;
         }
         let mut state = context.state();
-        state.number = next_number(state.number);
+        state.number = next_packet_number(state.number);
         context.set_state(state);
-        link.since_sent_ticks.set(0);
-        link.sent_every_ticks.set(settings.every_ticks);
-        let (channel, counter) = (low_half(settings.channel), low_half(state.number));
+        link.ticks_since_sent.set(0);
+        link.send_period_ticks.set(settings.every_ticks);
+        let (channel, counter) = (low_u16(settings.channel), low_u16(state.number));
         link.sent_number.set(state.number);
         link.outgoing.open(channel, counter, link.accepted_counter.get(), settings.content);
-        let room = link.outgoing.room();
+        let room = link.outgoing.buffer();
         let has_counted = settings.counted < settings.signals;
         if has_counted {
             let port = usize::try_from(settings.counted).unwrap_or(usize::MAX);
@@ -200,9 +200,9 @@ fn send_counted(context: &Context<'_, CommTx>, sample: Input, values: &[Cell<u32
 #[cold]
 fn gather(context: &Context<'_, CommTx>, link: &LinkPort) -> bool {
     let (mut state, every_ticks) = (context.state(), context.settings().every_ticks);
-    let is_first = state.since_sent_ticks == 0;
-    state.since_sent_ticks += 1;
-    let is_last = state.since_sent_ticks >= every_ticks;
+    let is_first = state.ticks_since_sent == 0;
+    state.ticks_since_sent += 1;
+    let is_last = state.ticks_since_sent >= every_ticks;
     #[expect(clippy::cast_precision_loss, reason = "at most 100")]
     let share = if is_last { 1.0 / every_ticks as f32 } else { 1.0 };
     for (input, block) in context.ports().inputs.iter().zip(context.ports().blocks) {
@@ -212,9 +212,9 @@ fn gather(context: &Context<'_, CommTx>, link: &LinkPort) -> bool {
             sum.set((share * (before + f32::from_bits(wave.get()))).to_bits());
         }
     }
-    link.since_sent_ticks.set(state.since_sent_ticks);
+    link.ticks_since_sent.set(state.ticks_since_sent);
     if is_last {
-        state.since_sent_ticks = 0;
+        state.ticks_since_sent = 0;
     }
     context.set_state(state);
     is_last

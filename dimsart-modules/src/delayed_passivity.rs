@@ -41,7 +41,7 @@ use crate::damper::{Causality, Damper, damping};
 use crate::energy_ledger::Ledger;
 use dimsart_core::math::CompensatedSum;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, PortSet, Unit, Vector, math,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, Parameters, PortSet, Unit, Vector, math,
     types, words,
 };
 
@@ -115,11 +115,11 @@ impl Module for DelayedPassivity {
         gains.prepare(settings.causality);
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::declare(declare);
         ports.far_energy = declare.input("FAR_ENERGY", types::FAR_ENERGY);
         if settings.causality == Causality::Impedance {
-            let wanted = types::DES_FORCE.copy(2);
+            let wanted = types::DES_FORCE.instance(2);
             ports.wanted = declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE);
             ports.out = declare.output("DES_FORCE", types::DES_FORCE);
             ports.line_energy = declare.output("LINE_ENERGY", types::LINE_ENERGY);

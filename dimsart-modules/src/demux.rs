@@ -13,14 +13,14 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::mux::{SelectBy, number};
-use dimsart_core::{Context, Declare, Input, Module, Output, Unit, UnitRelation, types, words};
+use crate::mux::{SelectionSource, number};
+use dimsart_core::{Context, Declarations, Input, Module, Output, Unit, UnitRelation, types, words};
 
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
         /// Source of the selection: parameter SELECT or port CONDITION.
-        select_by: SelectBy = structural_choice("SELECT_BY"),
+        select_by: SelectionSource = structural_choice("SELECT_BY"),
         /// Number of outputs.
         count: u32 = structural_count("COUNT", Unit::One, 2..=4, 2),
         /// Index of the selected output, from 0.
@@ -47,18 +47,18 @@ impl Module for Demux {
     type AxisState = AxisState;
     type Ports = Ports;
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let input = declare.input("SIGNAL_IN", types::SIGNAL);
         let condition = match settings.select_by {
-            SelectBy::Parameter => Input::default(),
-            SelectBy::Condition => declare.input("CONDITION", types::CONDITION),
+            SelectionSource::Parameter => Input::default(),
+            SelectionSource::Condition => declare.input("CONDITION", types::CONDITION),
         };
         let mut outputs = [Output::default(); 4];
         let count = usize::try_from(settings.count).unwrap_or(0);
         for ((output, name), number) in
             outputs.iter_mut().zip(["OUT1", "OUT2", "OUT3", "OUT4"]).zip(1..).take(count)
         {
-            let signal = types::SIGNAL_OUT.copy(number);
+            let signal = types::SIGNAL_OUT.instance(number);
             *output = declare.default_signal(signal).output(name, types::SIGNAL_OUT);
             declare.constrain_unit(name, UnitRelation::Same, "SIGNAL_IN");
         }
@@ -71,8 +71,8 @@ impl Module for Demux {
         let Settings { select_by, count, selected, holds } = context.settings();
         context.map_axis_contexts([input], [], |axis, lane, [x]| {
             let selected = match select_by {
-                SelectBy::Parameter => selected,
-                SelectBy::Condition => number(context.axis(condition, axis)),
+                SelectionSource::Parameter => selected,
+                SelectionSource::Condition => number(context.axis(condition, axis)),
             };
             let selected = selected.min(count.saturating_sub(1));
             let mut values = lane.axis().outputs;

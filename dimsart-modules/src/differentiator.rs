@@ -4,7 +4,7 @@
 //! at zero. Its unit is the unit of the input per second; if that has no name, the output accepts any unit.
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, UnitRelation, types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, PortSet, Unit, UnitRelation, types, words,
 };
 
 words! {
@@ -43,7 +43,7 @@ impl Module for Differentiator {
         settings.smoothing = h / (h + settings.filter_time_s);
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let ports = Ports::declare(declare);
         declare.constrain_unit("SIGNAL_OUT", UnitRelation::Derivative, "SIGNAL_IN");
         ports

@@ -37,7 +37,7 @@ impl Ledger {
 
     /// Adds to the energy available for output. Excess above the limit is discarded, which is conservative.
     pub(super) fn add(&mut self, energy_j: f32, limit_j: f32) {
-        self.balance.add_limited(energy_j, limit_j);
+        self.balance.add_clamped(energy_j, limit_j);
     }
 
     /// Reports an energy of at least 0 to the peer.

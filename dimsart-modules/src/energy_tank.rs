@@ -26,8 +26,8 @@
 
 use crate::energy_ledger::Ledger;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, Vector, math,
-    types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, Vector,
+    math, types, words,
 };
 
 words! {
@@ -88,8 +88,8 @@ impl Module for EnergyTank {
         gains.damping_per_j = if gains.level_j > 0.0 { per_j } else { 0.0 };
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let wanted = types::DES_FORCE.copy(2);
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
+        let wanted = types::DES_FORCE.instance(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             wanted: declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE),

@@ -24,20 +24,20 @@
 //! ```
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, choice, types,
-    words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, choice,
+    types, words,
 };
 
 choice! {
     /// Shape of the fixture.
-    pub enum Form { Plane = "PLANE", Line = "LINE", HalfSpace = "HALF_SPACE" }
+    pub enum FixtureShape { Plane = "PLANE", Line = "LINE", HalfSpace = "HALF_SPACE" }
 }
 
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
         /// Shape of the fixture.
-        form: Form = choice("FORM"),
+        form: FixtureShape = choice("FORM"),
         /// Stiffness of the fixture.
         stiffness: f32 = real("K_PARAM", Unit::Stiffness, 0.0..=1e5, 0.0),
         /// Damping along the directions that the fixture resists.
@@ -79,8 +79,8 @@ impl Module for Fixture {
         settings.damping_per_tick = settings.damping / device.sample_period_s();
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let wanted = types::DES_FORCE.copy(2);
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
+        let wanted = types::DES_FORCE.instance(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             wanted: declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE),
@@ -105,13 +105,13 @@ impl Module for Fixture {
             square += gains.direction * gains.direction;
             []
         });
-        let is_free = form == Form::HalfSpace && (deep >= 0.0 || pull >= 0.0);
+        let is_free = form == FixtureShape::HalfSpace && (deep >= 0.0 || pull >= 0.0);
         let share = if square > 0.0 && !is_free { pull / square } else { 0.0 };
         context.map_axes([position, wanted], [force], |gains, axis, [x, wanted]| {
             let along = gains.direction * share;
             let whole = stiffness * (x - gains.origin) + damping_per_tick * (x - axis.previous);
             axis.previous = x;
-            [wanted - if form == Form::Line { whole - along } else { along }]
+            [wanted - if form == FixtureShape::Line { whole - along } else { along }]
         });
     }
 }

@@ -26,7 +26,9 @@
 
 use crate::take_over::first;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words};
+use dimsart_core::{
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words,
+};
 
 choice! {
     /// Detection of the stop.
@@ -88,8 +90,8 @@ impl Module for Homing {
         gains.step = gains.velocity * settings.period_s;
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let homed = types::POSITION.copy(2);
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
+        let homed = types::POSITION.instance(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             sign: match settings.stop_by {

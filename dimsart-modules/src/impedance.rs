@@ -21,7 +21,7 @@
 //! ```
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, math, types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, PortSet, Unit, math, types, words,
 };
 
 words! {
@@ -75,7 +75,7 @@ impl Module for Impedance {
         gains.ratio = if settings.shapes_inertia { gains.inertia / gains.desired_inertia } else { 1.0 };
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::declare(declare);
         if settings.follows_velocity {
             ports.desired_velocity = declare.input("DES_VELOCITY", types::DES_VELOCITY);

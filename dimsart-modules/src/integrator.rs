@@ -5,7 +5,7 @@
 
 use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, UnitRelation, types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, PortSet, Unit, UnitRelation, types, words,
 };
 
 words! {
@@ -42,7 +42,7 @@ impl Module for Integrator {
         settings.half_period_s = 0.5 * device.sample_period_s();
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let ports = Ports::declare(declare);
         declare.constrain_unit("SIGNAL_OUT", UnitRelation::Integral, "SIGNAL_IN");
         ports

@@ -27,8 +27,8 @@ use crate::dynamics::{Axes, axes, write};
 use crate::phantom::{Lengths, Phantom};
 use crate::planar::Planar;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, PortSet, choice,
-    math, types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, PortSet,
+    choice, math, types, words,
 };
 
 choice! {
@@ -118,7 +118,7 @@ impl<A: InverseKinematics> Module for Inverse<A> {
         settings.over_product = 0.5 / (inner * outer);
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
         declare.requires_axis(declare.device().dof() >= A::JOINTS);
         Ports::declare(declare)
     }

@@ -25,7 +25,9 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, math, types, words};
+use dimsart_core::{
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, math, types, words,
+};
 
 words! {
     /// Parameters common to all axes.
@@ -86,8 +88,8 @@ impl Module for JointLimit {
         gains.held = 2.5 * gains.deceleration * gains.inertia;
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let wanted = types::DES_FORCE.copy(2);
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
+        let wanted = types::DES_FORCE.instance(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             velocity: declare.input("VELOCITY", types::VELOCITY),

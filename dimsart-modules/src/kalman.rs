@@ -36,8 +36,8 @@
 
 use crate::take_over::first;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, choice, math,
-    types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, Unit, choice,
+    math, types, words,
 };
 
 choice! {
@@ -115,7 +115,7 @@ impl Module for Kalman {
         gains.acceleration_gain = gamma / (h * h);
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let position = declare.input("POSITION", types::POSITION);
         let velocity = declare.output("VELOCITY", types::VELOCITY);
         let acceleration = match settings.model {

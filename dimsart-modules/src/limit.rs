@@ -16,7 +16,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::filtered::Filtered;
+use crate::filtered::FilterPorts;
 use crate::take_over::first;
 use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{Context, DeviceDescriptor, Module, Unit, words};
@@ -48,14 +48,14 @@ impl Module for Limit {
     type Gains = Gains;
     type State = ();
     type AxisState = AxisState;
-    type Ports = Filtered;
+    type Ports = FilterPorts;
 
     fn prepare_axis((): &(), gains: &mut Gains, device: &DeviceDescriptor) {
         gains.step = gains.rate * device.sample_period_s();
     }
 
     fn begin(context: &Context<'_, Self>) {
-        let Filtered { input, output } = context.ports();
+        let FilterPorts { input, output } = context.ports();
         let takes_over = context.takes_over();
         context.begin_axes([input, output.last()], |gains, [x, last]| AxisState {
             output: CompensatedSum::new(first(takes_over, last, math::clamp(x, gains.low, gains.high))),
@@ -64,10 +64,10 @@ impl Module for Limit {
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Filtered { input, output } = context.ports();
+        let FilterPorts { input, output } = context.ports();
         context.map_axes([input], [output], |gains, axis, [x]| {
             let wanted = math::clamp(x, gains.low, gains.high);
-            axis.output.approach(wanted, gains.step);
+            axis.output.move_towards(wanted, gains.step);
             [axis.output.value()]
         });
     }

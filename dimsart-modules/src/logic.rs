@@ -22,7 +22,9 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words};
+use dimsart_core::{
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, choice, types, words,
+};
 
 choice! {
     /// Logic function.
@@ -71,8 +73,8 @@ impl Module for Logic {
         settings.delay_ticks = device.ticks(settings.delay_s);
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let [second, third] = [2, 3].map(|number| types::CONDITION.copy(number));
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
+        let [second, third] = [2, 3].map(|number| types::CONDITION.instance(number));
         let a = declare.input("A", types::CONDITION);
         let b = match settings.function {
             Function::And | Function::Or | Function::Xor | Function::Latch => {

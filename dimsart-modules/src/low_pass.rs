@@ -25,7 +25,7 @@
 
 use core::f32::consts::{FRAC_1_SQRT_2, TAU};
 
-use crate::filtered::Filtered;
+use crate::filtered::FilterPorts;
 use crate::lag;
 use crate::state_variable::{Coefficients, Integrators, warped};
 use crate::take_over::first;
@@ -68,7 +68,7 @@ impl Module for LowPass {
     type Gains = Gains;
     type State = ();
     type AxisState = AxisState;
-    type Ports = Filtered;
+    type Ports = FilterPorts;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         settings.visit(visit);
@@ -82,7 +82,7 @@ impl Module for LowPass {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        let Filtered { input, output } = context.ports();
+        let FilterPorts { input, output } = context.ports();
         let takes_over = context.takes_over();
         context.begin_axes([input, output.last()], |_, [x, last]| {
             let level = first(takes_over, last, x);
@@ -92,7 +92,7 @@ impl Module for LowPass {
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Filtered { input, output } = context.ports();
+        let FilterPorts { input, output } = context.ports();
         let Settings { order } = context.settings();
         context.map_axes([input], [output], |gains, axis, [x]| match order {
             Order::First => [axis.first.add(gains.share * (x - axis.first.value()))],

@@ -25,7 +25,7 @@
 
 use crate::take_over::first;
 use crate::target::Source;
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
+use dimsart_core::{Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Parameters common to all axes.
@@ -80,7 +80,7 @@ impl Module for MinimumJerk {
         settings.period_s = device.sample_period_s();
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         Ports {
             position: declare.input("POSITION", types::POSITION),
             target: settings.source.port(declare),

@@ -19,9 +19,9 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::filtered::Filtered;
+use crate::filtered::FilterPorts;
 use dimsart_core::math::CompensatedSum;
-use dimsart_core::{Context, Declare, Input, Memory, Module, Output, PortSet, Unit, words};
+use dimsart_core::{Context, Declarations, Input, Memory, Module, Output, PortSet, Unit, words};
 
 words! {
     /// Parameters common to all axes.
@@ -59,8 +59,8 @@ impl Module for MovingAverage {
     type AxisState = AxisState;
     type Ports = Ports;
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let Filtered { input, output } = Filtered::declare(declare);
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
+        let FilterPorts { input, output } = FilterPorts::declare(declare);
         let ticks = usize::try_from(settings.window_ticks).unwrap_or(usize::MAX);
         let words = ticks.saturating_mul(declare.signal_words("SIGNAL_IN"));
         Ports { input, output, window: declare.memory("WINDOW", words) }

@@ -85,7 +85,7 @@ impl Module for Multisine {
         context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
             [offset + amplitude * sum]
         });
-        periods.add_turns(periods_per_tick);
+        periods.add_wrapped(periods_per_tick);
         context.set_state(State { periods });
     }
 }

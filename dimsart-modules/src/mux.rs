@@ -14,18 +14,18 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{Context, Declare, Input, Module, Output, Unit, UnitRelation, choice, types, words};
+use dimsart_core::{Context, Declarations, Input, Module, Output, Unit, UnitRelation, choice, types, words};
 
 choice! {
     /// Source of the selection.
-    pub enum SelectBy { Parameter = "PARAMETER", Condition = "CONDITION" }
+    pub enum SelectionSource { Parameter = "PARAMETER", Condition = "CONDITION" }
 }
 
 words! {
     /// Parameters common to all axes.
     pub parameters Settings {
         /// Source of the selection: parameter SELECT or port CONDITION.
-        select_by: SelectBy = structural_choice("SELECT_BY"),
+        select_by: SelectionSource = structural_choice("SELECT_BY"),
         /// Number of inputs.
         count: u32 = structural_count("COUNT", Unit::One, 2..=4, 2),
         /// Index of the selected input, from 0.
@@ -48,7 +48,7 @@ impl Module for Mux {
     type AxisState = ();
     type Ports = Ports;
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut inputs = [Input::default(); 4];
         let count = usize::try_from(settings.count).unwrap_or(0);
         for (input, name) in inputs.iter_mut().zip(["IN1", "IN2", "IN3", "IN4"]).take(count) {
@@ -58,8 +58,8 @@ impl Module for Mux {
             }
         }
         let condition = match settings.select_by {
-            SelectBy::Parameter => Input::default(),
-            SelectBy::Condition => declare.input("CONDITION", types::CONDITION),
+            SelectionSource::Parameter => Input::default(),
+            SelectionSource::Condition => declare.input("CONDITION", types::CONDITION),
         };
         let output = declare.output("SIGNAL_OUT", types::SIGNAL_OUT);
         declare.constrain_unit("SIGNAL_OUT", UnitRelation::Same, "IN1");
@@ -72,8 +72,8 @@ impl Module for Mux {
         let Settings { select_by, count, selected } = context.settings();
         context.map_axis_contexts([], [output], |axis, _, []| {
             let selected = match select_by {
-                SelectBy::Parameter => selected,
-                SelectBy::Condition => number(context.axis(condition, axis)),
+                SelectionSource::Parameter => selected,
+                SelectionSource::Condition => number(context.axis(condition, axis)),
             };
             let input = match selected.min(count.saturating_sub(1)) {
                 0 => first,

@@ -22,7 +22,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::filtered::Filtered;
+use crate::filtered::FilterPorts;
 use crate::state_variable::{Coefficients, Integrators, warped};
 use dimsart_core::{Context, DeviceDescriptor, Module, Unit, words};
 
@@ -51,7 +51,7 @@ impl Module for Notch {
     type Gains = Gains;
     type State = ();
     type AxisState = AxisState;
-    type Ports = Filtered;
+    type Ports = FilterPorts;
 
     fn prepare_axis(_: &(), gains: &mut Gains, device: &DeviceDescriptor) {
         let h = device.sample_period_s();
@@ -67,7 +67,7 @@ impl Module for Notch {
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Filtered { input, output } = context.ports();
+        let FilterPorts { input, output } = context.ports();
         context.map_axes([input], [output], |gains, axis, [x]| {
             let (band, _) = axis.integrators.step(gains.coefficients, x);
             [x - gains.k * band]

@@ -6,10 +6,11 @@
 use core::cell::Cell;
 
 use dimsart_core::online::{
-    Environment, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, REGISTERS, Section, run,
+    CURRENT_AXIS, Environment, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, REGISTER_COUNT, Section,
+    run,
 };
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
 };
 
 words! {
@@ -61,7 +62,7 @@ impl Module for Online {
         settings.period_s = device.sample_period_s();
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::default();
         // Without a program there are no ports.
         let Some(program) = declare.program(settings.program) else { return ports };
@@ -71,12 +72,12 @@ impl Module for Online {
         let mut signals = program.ports();
         for (name, input) in INPUTS.into_iter().zip(&mut ports.inputs).take(header.inputs.into()) {
             let Some(signal) = signals.next() else { break };
-            let Some(data_type) = types::by_id(signal.id) else { break };
+            let Some(data_type) = types::find_by_id(signal.id) else { break };
             *input = declare.default_signal(signal).input(name, data_type);
         }
         for (name, output) in OUTPUTS.into_iter().zip(&mut ports.outputs).take(header.outputs.into()) {
             let Some(signal) = signals.next() else { break };
-            let Some(data_type) = types::by_id(signal.id) else { break };
+            let Some(data_type) = types::find_by_id(signal.id) else { break };
             *output = declare.default_signal(signal).output(name, data_type);
         }
         ports
@@ -98,7 +99,7 @@ impl Module for Online {
 fn run_section(context: &Context<'_, Online>, section: Section) {
     let Settings { program, period_s, .. } = context.settings();
     let Some(code) = context.programs().code(program, section) else { return };
-    let mut registers = [0.0; REGISTERS];
+    let mut registers = [0.0; REGISTER_COUNT];
     let mut lane = AxisContext { context, period_s, axis: 0, states: &[] };
     let mut instructions = code.once;
     let mut left = if code.is_coupled { 1 } else { context.dof() };
@@ -130,7 +131,7 @@ struct AxisContext<'a> {
 impl AxisContext<'_> {
     #[inline(always)]
     fn axis(&self, axis: u32) -> usize {
-        if axis == u32::from(OWN_AXIS) { self.axis } else { axis as usize }
+        if axis == u32::from(CURRENT_AXIS) { self.axis } else { axis as usize }
     }
 }
 

@@ -32,7 +32,9 @@
 
 use crate::damper::{Causality, Damper, damping};
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, types, words};
+use dimsart_core::{
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, Parameters, types, words,
+};
 
 words! {
     /// Parameters common to all axes.
@@ -55,7 +57,7 @@ words! {
 impl AxisState {
     /// Adds the energy that entered. Returns the balance, `J`; negative for a deficit.
     fn observe(&mut self, energy_in_j: f32, limit_j: f32) -> f32 {
-        self.energy.add_limited(energy_in_j, limit_j);
+        self.energy.add_clamped(energy_in_j, limit_j);
         self.energy.value()
     }
 }
@@ -88,10 +90,10 @@ impl Module for PassivityController {
         gains.prepare(settings.causality);
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let position = declare.input("POSITION", types::POSITION);
         if settings.causality == Causality::Impedance {
-            let wanted = types::DES_FORCE.copy(2);
+            let wanted = types::DES_FORCE.instance(2);
             return Ports {
                 position,
                 wanted: declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE),
@@ -100,7 +102,7 @@ impl Module for PassivityController {
                 ..Ports::default()
             };
         }
-        let wanted = types::DES_POSITION.copy(2);
+        let wanted = types::DES_POSITION.instance(2);
         Ports {
             position,
             wanted: declare.default_signal(wanted).input("POSITION_IN", types::DES_POSITION),

@@ -7,7 +7,9 @@
 //! `M = D e/h`, so that a wave transformer can solve for the desired position on which the force depends (its implicit
 //! form).
 
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, types, words};
+use dimsart_core::{
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, PortSet, Unit, types, words,
+};
 
 words! {
     /// Parameters common to all axes.
@@ -53,7 +55,7 @@ impl Module for Pd {
         gains.damping_per_tick = gains.damping / device.sample_period_s();
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::declare(declare);
         if settings.publishes_law {
             ports.control_stiffness = declare.output("CONTROL_STIFFNESS", types::CONTROL_STIFFNESS);

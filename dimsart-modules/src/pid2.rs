@@ -28,7 +28,7 @@ use crate::anti_windup::follow;
 use crate::pid::Gains;
 use dimsart_core::math::{self, CompensatedSum};
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
 };
 
 choice! {
@@ -105,7 +105,7 @@ impl Module for Pid2 {
         gains.prepare(device.sample_period_s());
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let position = declare.input("POSITION", types::POSITION);
         let desired_position = declare.input("DES_POSITION", types::DES_POSITION);
         let feed_force = if settings.has_feed_forward {

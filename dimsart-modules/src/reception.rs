@@ -1,6 +1,6 @@
 //! Reception of packets: sequence check, loss and timeout detection, link statistics.
 
-use dimsart_core::mailbox::{LinkPort, LinkTimeout, START_COUNTERS, counters_ahead, is_newer, low_half};
+use dimsart_core::mailbox::{LinkPort, LinkTimeout, START_COUNTERS, counter_distance, is_newer, low_u16};
 use dimsart_core::{Content, LinkState};
 
 /// Silence after which two packets out of sequence, the second newer than the first, indicate a restart of the sender.
@@ -55,7 +55,7 @@ pub(super) enum Came {
     /// Next in sequence.
     Next,
     /// After missing packets.
-    Jumped,
+    AfterLoss,
     /// First packet, or first after a restart of the sender.
     Restarted,
     /// Earlier: its wave is still held.
@@ -95,7 +95,7 @@ impl Reception {
         let counter = received.counter();
         let is_next = received.is_full()
             && received.content() == expected.content
-            && u32::from(received.finite_words()) >= expected.samples
+            && u32::from(received.finite_word_count()) >= expected.samples
             && counter == self.counter.wrapping_add(1)
             && self.counter != 0
             && expected.every_ticks == 1
@@ -128,7 +128,7 @@ impl Reception {
         }
         link.received.clear();
         if link.received.content() != expected.content
-            || u32::from(link.received.finite_words()) < expected.samples
+            || u32::from(link.received.finite_word_count()) < expected.samples
         {
             return self.refuse(LinkState::Error, link, expected);
         }
@@ -221,10 +221,10 @@ impl Reception {
     #[inline]
     fn measure_round_trip(&mut self, link: &LinkPort, echo: u16) {
         let sent_number = link.sent_number.get();
-        let packets = u32::from(counters_ahead(low_half(sent_number), echo));
+        let packets = u32::from(counter_distance(low_u16(sent_number), echo));
         // Ignore echoes from before the last start of this side.
         if packets < sent_number {
-            self.round_trip_ticks = packets * link.sent_every_ticks.get() + link.since_sent_ticks.get() + 1;
+            self.round_trip_ticks = packets * link.send_period_ticks.get() + link.ticks_since_sent.get() + 1;
         }
     }
 
@@ -235,7 +235,7 @@ impl Reception {
         if counter == self.counter {
             return self.refuse(LinkState::Repeated, link, expected);
         }
-        let delta = u32::from(counters_ahead(counter, self.counter));
+        let delta = u32::from(counter_distance(counter, self.counter));
         let sent_ticks = delta.saturating_mul(expected.every_ticks);
         // Counters wrap: an apparent jump ahead can be a restart of the sender.
         let is_start = counter <= START_COUNTERS && u32::from(self.counter) > LATE_TICKS;
@@ -255,7 +255,7 @@ impl Reception {
                 2..=MAX_DELTA => LinkState::OkSomeLost,
                 _ => LinkState::WrongSequence,
             };
-            return Some(if delta == 1 { Came::Next } else { Came::Jumped });
+            return Some(if delta == 1 { Came::Next } else { Came::AfterLoss });
         } else if !is_ahead {
             let is_silent = self.age_ticks >= RESTART_TICKS;
             if is_silent || is_start {

@@ -11,7 +11,7 @@
 //! `TRIGGER CONDITION` compares axis `WORD` of the port `CONDITION` instead.
 
 use dimsart_core::{
-    Context, Declare, Input, Memory, Module, Output, Single, Unit, Untyped, choice, types, words,
+    Context, Declarations, Input, Memory, Module, Output, ScalarSignal, Unit, Untyped, choice, types, words,
 };
 
 choice! {
@@ -53,7 +53,7 @@ words! {
     /// Ports and memory.
     pub ports Ports {
         input: Input<Untyped>,
-        rows: Output<Single<u32>>,
+        rows: Output<ScalarSignal<u32>>,
         memory: Memory,
         caught: Memory,
         condition: Input,
@@ -74,7 +74,7 @@ impl Module for Recorder {
     type AxisState = ();
     type Ports = Ports;
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let rows = usize::try_from(settings.length).unwrap_or(usize::MAX);
         let input = declare.any_type().input("SIGNAL_IN", types::SIGNAL);
         let words = rows.saturating_mul(declare.signal_words("SIGNAL_IN"));

@@ -19,7 +19,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
+use dimsart_core::{Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 /// Maximum number of states.
 const STATES: usize = 8;
@@ -63,8 +63,8 @@ impl Module for Sequencer {
         settings.period_s = device.sample_period_s();
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let second = types::CONDITION.copy(2);
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
+        let second = types::CONDITION.instance(2);
         Ports {
             a: declare.input("A", types::CONDITION),
             b: declare.default_signal(second).input("B", types::CONDITION),

@@ -17,7 +17,7 @@
 
 use dimsart_core::math::CompensatedSum;
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, UnitRelation, types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, UnitRelation, types, words,
 };
 
 words! {
@@ -55,8 +55,8 @@ impl Module for SharedControl {
         settings.max_per_tick = settings.rate_hz * device.sample_period_s();
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let second = types::SIGNAL.copy(2);
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
+        let second = types::SIGNAL.instance(2);
         let ports = Ports {
             operator: declare.any_unit().input("OPERATOR", types::SIGNAL),
             program: declare.any_unit().default_signal(second).input("PROGRAM", types::SIGNAL),
@@ -79,7 +79,7 @@ impl Module for SharedControl {
         let Ports { operator, program, output } = context.ports();
         let Settings { max_per_tick, .. } = context.settings();
         context.map_axes([operator, program], [output], |gains, axis, [operator, program]| {
-            axis.share.approach(gains.share, max_per_tick);
+            axis.share.move_towards(gains.share, max_per_tick);
             [operator + axis.share.value() * (program - operator)]
         });
     }

@@ -90,7 +90,7 @@ impl Module for SignalGenerator {
         context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
             [offset + amplitude * shape]
         });
-        periods.add_turns(periods_per_tick);
+        periods.add_wrapped(periods_per_tick);
         context.set_state(State { periods, ticks: ticks.saturating_add(1) });
     }
 }

@@ -13,7 +13,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
+use dimsart_core::{Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Parameters of one axis.
@@ -52,8 +52,8 @@ impl Module for SoftLimit {
         gains.damping_per_tick = gains.damping / device.sample_period_s();
     }
 
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        let wanted = types::DES_FORCE.copy(2);
+    fn ports((): &(), declare: &mut Declarations<'_>) -> Ports {
+        let wanted = types::DES_FORCE.instance(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             wanted: declare.default_signal(wanted).input("FORCE_IN", types::DES_FORCE),

@@ -2,7 +2,7 @@
 //!
 //! `out = A_GAIN a + B_GAIN b`. The gains are dimensionless, so all three signals have the same unit.
 
-use dimsart_core::{Context, Declare, Input, Module, Output, PortSet, Unit, UnitRelation, types, words};
+use dimsart_core::{Context, Declarations, Input, Module, Output, PortSet, Unit, UnitRelation, types, words};
 
 words! {
     /// Parameters of one axis.
@@ -33,7 +33,7 @@ impl Module for Sum {
     type AxisState = ();
     type Ports = Ports;
 
-    fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
+    fn ports(_: &(), declare: &mut Declarations<'_>) -> Ports {
         let ports = Ports::declare(declare);
         declare.constrain_unit("B", UnitRelation::Same, "A");
         declare.constrain_unit("SIGNAL_OUT", UnitRelation::Same, "A");

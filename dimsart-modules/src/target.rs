@@ -1,6 +1,6 @@
 //! Source of a trajectory's target.
 
-use dimsart_core::{Data, Declare, Input, choice, types};
+use dimsart_core::{Data, Declarations, Input, choice, types};
 
 choice! {
     /// Source of the target.
@@ -9,8 +9,8 @@ choice! {
 
 impl Source {
     /// Declares the port of the target for `SIGNAL`.
-    pub(super) fn port(self, declare: &mut Declare<'_>) -> Input {
-        let signal = types::DES_POSITION.copy(2);
+    pub(super) fn port(self, declare: &mut Declarations<'_>) -> Input {
+        let signal = types::DES_POSITION.instance(2);
         match self {
             Self::Parameter => Input::default(),
             Self::Signal => declare.default_signal(signal).input("TARGET", types::DES_POSITION),

@@ -5,7 +5,7 @@
 //! output has the unit, format and shape of the input.
 
 use dimsart_core::{
-    Context, Data, Declare, Input, Memory, Module, Output, Unit, UnitRelation, Untyped, types, words,
+    Context, Data, Declarations, Input, Memory, Module, Output, Unit, UnitRelation, Untyped, types, words,
 };
 
 words! {
@@ -43,7 +43,7 @@ impl Module for TimeDelay {
     type AxisState = ();
     type Ports = Ports;
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let input = declare.any_type().input("SIGNAL_IN", types::CH1_WAVES);
         let output = declare.any_type().output("SIGNAL_OUT", types::CH1_TD_WAVES);
         declare.constrain_unit("SIGNAL_OUT", UnitRelation::SameType, "SIGNAL_IN");
@@ -68,7 +68,7 @@ impl Module for TimeDelay {
         context.data().map_axes([input.as_vector()], [output.as_vector()], |axis, [sample]| {
             [oldest.get(axis).map_or(0.0, |cell| f32::from_bits(cell.replace(sample.to_bits())))]
         });
-        state.position = context.row_after(line, state.position);
+        state.position = context.next_row(line, state.position);
         context.set_state(state);
     }
 }

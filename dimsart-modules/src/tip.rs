@@ -29,8 +29,8 @@ use core::marker::PhantomData;
 
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{
-    AxisKind, Context, Declare, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, PortSet,
-    types, words,
+    AxisKind, Context, Declarations, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters,
+    PortSet, types, words,
 };
 
 /// Forward kinematics of an arm type.
@@ -121,7 +121,7 @@ impl<A: ForwardKinematics> Module for Tip<A> {
         A::prepare(joint);
     }
 
-    fn ports((options, _): &Self::Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports((options, _): &Self::Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::declare(declare);
         if options.velocity {
             ports.velocity = declare.input("VELOCITY", types::VELOCITY);

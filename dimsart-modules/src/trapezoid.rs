@@ -31,7 +31,7 @@
 use crate::take_over::first;
 use crate::target::Source;
 use dimsart_core::math::{self, CompensatedSum};
-use dimsart_core::{Context, Declare, DeviceDescriptor, Input, Module, Output, Unit, types, words};
+use dimsart_core::{Context, Declarations, DeviceDescriptor, Input, Module, Output, Unit, types, words};
 
 words! {
     /// Parameters common to all axes.
@@ -90,7 +90,7 @@ impl Module for Trapezoid {
         settings.rate_hz = 1.0 / settings.period_s;
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         Ports {
             position: declare.input("POSITION", types::POSITION),
             target: settings.source.port(declare),

@@ -47,9 +47,9 @@ words! {
     /// State common to all axes: present piece and time in it.
     pub struct State { piece: u32, time_s: f32, lost_s: f32 }
     /// State of one axis; `end` follows all pieces in memory.
-    pub struct AxisState { pieces: [Piece; POINTS], end: f32 }
+    pub struct AxisState { pieces: [SplineSegment; POINTS], end: f32 }
     /// Spline piece from a point to the next.
-    pub struct Piece { time_s: f32, point: f32, slope: f32, bend: f32, twist: f32 }
+    pub struct SplineSegment { time_s: f32, point: f32, slope: f32, bend: f32, twist: f32 }
     /// Ports.
     pub ports Ports {
         position: Input = input("POSITION", types::POSITION),
@@ -59,7 +59,7 @@ words! {
     }
 }
 
-const END: usize = POINTS * Piece::COUNT;
+const END: usize = POINTS * SplineSegment::COUNT;
 
 /// See the [module docs](self).
 #[derive(Debug)]
@@ -100,11 +100,11 @@ impl Module for ViaPoints {
         context.map_axis_contexts([], outputs, |_, lane, []| {
             let piece =
                 Some(place).filter(|place| *place < POINTS).and_then(|place| lane.state_element(place));
-            let Some(piece) = piece.filter(|piece: &Piece| piece.time_s > 0.0) else {
+            let Some(piece) = piece.filter(|piece: &SplineSegment| piece.time_s > 0.0) else {
                 return [lane.state_element(END).unwrap_or(0.0), 0.0, 0.0];
             };
             piece_s = piece.time_s;
-            let Piece { point, slope, bend, twist, .. } = piece;
+            let SplineSegment { point, slope, bend, twist, .. } = piece;
             [
                 point + time_s * (slope + time_s * (bend + time_s * twist)),
                 slope + time_s * (2.0 * bend + time_s * 3.0 * twist),
@@ -142,7 +142,7 @@ fn spline(start: f32, points: [f32; POINTS], times_s: [f32; POINTS], count: usiz
             factor = before_s * pivot;
         }
         *terms = (constant, factor);
-        *piece = Piece { time_s, point: axis.end, slope: mean, ..Piece::default() };
+        *piece = SplineSegment { time_s, point: axis.end, slope: mean, ..SplineSegment::default() };
         (axis.end, before_s, mean_before) = (point, time_s, mean);
     }
     let mut next = 0.0;

@@ -21,10 +21,10 @@ const MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 dimsart_core::words! {
     /// Totals sent by one axis since the module was created.
-    pub struct Sent { wave: u32, energy: u32, wave_rest: f32, energy_rest: f32 }
+    pub struct SentTotals { wave: u32, energy: u32, wave_rest: f32, energy_rest: f32 }
 
     /// Totals received by one axis, and the part outstanding.
-    pub struct Received {
+    pub struct ReceivedTotals {
         wave: u32,
         energy: u32,
         owed: i32,
@@ -34,7 +34,7 @@ dimsart_core::words! {
     }
 }
 
-impl Sent {
+impl SentTotals {
     /// Adds the wave of this tick. Returns the wave and both counters.
     ///
     /// At most 4 J per tick are counted. Above that, a receiver that limits its output by energy outputs too little; a
@@ -53,7 +53,7 @@ impl Sent {
     }
 }
 
-impl Received {
+impl ReceivedTotals {
     /// Adds the counters of a new packet; the outstanding wave saturates.
     pub(super) fn update(&mut self, [wave, energy]: [u32; 2]) {
         if self.owed == 0 && self.unspent == 0 {

@@ -29,7 +29,7 @@
 //! `x_d` is compensated (Kahan) and does not drift.
 
 use dimsart_core::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, PortSet, Unit, choice, math, types, words,
+    Context, Declarations, DeviceDescriptor, Input, Module, Output, PortSet, Unit, choice, math, types, words,
 };
 
 choice! {
@@ -39,7 +39,7 @@ choice! {
 
 choice! {
     /// Solution of the algebraic loop with the controller.
-    pub enum Form { Split = "SPLIT", Implicit = "IMPLICIT", Printed = "PRINTED" }
+    pub enum LoopSolution { Split = "SPLIT", Implicit = "IMPLICIT", Printed = "PRINTED" }
 }
 
 words! {
@@ -50,7 +50,7 @@ words! {
         /// Side of the line: master or slave.
         mode: Mode = choice("CONF_MODE"),
         /// Solution of the algebraic loop with the controller.
-        form: Form = structural_choice("FORM"),
+        form: LoopSolution = structural_choice("FORM"),
         /// `sqrt(2 b)`.
         a: f32,
         /// `2 / a`.
@@ -108,14 +108,14 @@ impl Module for WaveTransformer {
         settings.line_sign = if settings.mode == Mode::Master { -1.0 } else { 1.0 };
     }
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::declare(declare);
-        if settings.form == Form::Implicit {
+        if settings.form == LoopSolution::Implicit {
             let stiffness = types::CONTROL_STIFFNESS;
             ports.control_stiffness = declare.delayed().input("CONTROL_STIFFNESS", stiffness);
             ports.control_memory = declare.delayed().input("CONTROL_MEMORY", types::CONTROL_MEMORY);
         }
-        if settings.form == Form::Printed {
+        if settings.form == LoopSolution::Printed {
             ports.waves_in = declare.late().input("WAVES_IN", types::CH2_WAVES);
             ports.desired_position = declare.late().delayed().output("DES_POSITION", types::DES_POSITION);
         } else {
@@ -143,13 +143,13 @@ impl Module for WaveTransformer {
             context.ports();
         let Settings { form, a, mobility_per_tick, .. } = context.settings();
         match form {
-            Form::Split => {
+            LoopSolution::Split => {
                 context.map_axes([waves_in], [desired_position], |(), axis, [wave]| {
                     let position = axis.desired.add(mobility_per_tick * (a * wave - axis.previous_force));
                     [position - mobility_per_tick * axis.settled_force]
                 });
             }
-            Form::Implicit => {
+            LoopSolution::Implicit => {
                 let inputs = [waves_in, position, control_stiffness, control_memory];
                 context.map_axes(inputs, [desired_position], |(), axis, [wave, x, stiffness, memory]| {
                     let free = axis.desired.value() + mobility_per_tick * (a * wave);
@@ -157,7 +157,7 @@ impl Module for WaveTransformer {
                     [free - mobility_per_tick * force]
                 });
             }
-            Form::Printed => {}
+            LoopSolution::Printed => {}
         }
     }
 
@@ -171,7 +171,7 @@ impl Module for WaveTransformer {
             axis.settled_force += SETTLING * (force - axis.settled_force);
             [wave - two_over_a * force, line_sign * force, mobility * (a * wave - force)]
         });
-        if form != Form::Split {
+        if form != LoopSolution::Split {
             follow(context);
         }
     }
@@ -186,7 +186,7 @@ fn follow(context: &Context<'_, WaveTransformer>) {
     let step = |axis: &mut AxisState, [wave, force]: [f32; 2]| {
         axis.desired.add(mobility_per_tick * (a * wave - force))
     };
-    if form == Form::Printed {
+    if form == LoopSolution::Printed {
         context.map_axes(inputs, [desired_position], |(), axis, port| [step(axis, port)]);
     } else {
         // The solved and the commanded force differ by rounding: integrate the force in the outgoing wave, or position and

@@ -7,7 +7,7 @@ use std::error::Error;
 use dimsart_core::{Command, ModuleRef, TypeRef, Value, types};
 use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_modules::ALL;
-use hil_sim::emulated::{Image, pin_to_one_processor};
+use hil_sim::emulated::{Image, pin_to_current_cpu};
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::Rig;
 use hil_sim::rig_file::RigFile;
@@ -23,7 +23,7 @@ const TICKS_UNTIL_MOTION: u32 = 2_000;
 const CLIENT: u8 = 1;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    pin_to_one_processor();
+    pin_to_current_cpu();
     let columns = BESIDE.map(measure);
     let columns = columns.into_iter().collect::<Result<Vec<_>, _>>()?;
     let heads: Vec<_> = BESIDE.iter().map(|beside| format!("{} modules", MODULES + beside)).collect();
@@ -114,7 +114,7 @@ fn tick(rig: &mut Rig, command: Option<Command>) -> Result<u32, Box<dyn Error>> 
     let station = rig.stations_mut().first_mut().ok_or("no station")?;
     station.board_mut().ok_or("no board")?.send_command_bytes(frame);
     rig.step();
-    if let Some((side, trouble)) = rig.trouble() {
+    if let Some((side, trouble)) = rig.take_board_error() {
         return Err(format!("{side}: {trouble}").into());
     }
     let station = rig.stations_mut().first_mut().ok_or("no station")?;

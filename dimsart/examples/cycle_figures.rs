@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use cycles::timing::{Column, Timing};
-use dimsart::cycles::{Figures, Firmware, Setup, Steady, UNIT, measure};
+use dimsart::cycles::{Figures, Firmware, Setup, SteadyTick, UNIT, measure};
 use dimsart_core::scheme;
 use dimsart_modules::ALL;
 use hil_sim::experiment::Experiment;
@@ -46,8 +46,8 @@ fn timing(firmware: &Firmware) -> Timing {
     Timing::new(firmware.memory().profile(), Column::Upper)
 }
 
-fn steady(firmware: &Firmware, dimsart: &mut SimulatedDimsart) -> Result<Steady, Box<dyn Error>> {
-    Ok(Steady::of(firmware, timing(firmware), dimsart)?)
+fn steady(firmware: &Firmware, dimsart: &mut SimulatedDimsart) -> Result<SteadyTick, Box<dyn Error>> {
+    Ok(SteadyTick::of(firmware, timing(firmware), dimsart)?)
 }
 
 fn figures(firmware: &Firmware, side: &'static str) -> Result<Figures, Box<dyn Error>> {
@@ -102,15 +102,17 @@ fn springs(modules: usize) -> Result<SimulatedDimsart, Box<dyn Error>> {
 }
 
 /// Prints the first and the last point, and the fitted line.
-fn table(what: &str, points: &[(usize, Steady)]) {
+fn table(what: &str, points: &[(usize, SteadyTick)]) {
     println!("| {what} | Steady tick | Bound |");
     println!("|---:|---:|---:|");
-    for (count, Steady { emulated, bound, .. }) in points.iter().take(1).chain(points.iter().skip(1).last()) {
+    for (count, SteadyTick { emulated, bound, .. }) in
+        points.iter().take(1).chain(points.iter().skip(1).last())
+    {
         println!("| {count} | {emulated} | {bound} |");
     }
     for (name, value) in [
-        ("steady tick", (|steady: &Steady| steady.emulated) as fn(&Steady) -> u64),
-        ("bound", |steady: &Steady| steady.bound),
+        ("steady tick", (|steady: &SteadyTick| steady.emulated) as fn(&SteadyTick) -> u64),
+        ("bound", |steady: &SteadyTick| steady.bound),
     ] {
         let points: Vec<(f64, f64)> =
             points.iter().map(|(count, steady)| (*count as f64, value(steady) as f64)).collect();

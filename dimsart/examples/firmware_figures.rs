@@ -7,7 +7,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use dimsart_link::protocol::{MAX_FRAME_BYTES, Request, encode_request};
-use hil_sim::emulated::{Image, pin_to_one_processor};
+use hil_sim::emulated::{Image, pin_to_current_cpu};
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::{RemoteController, Rig};
 use hil_sim::rig_file::RigFile;
@@ -19,7 +19,7 @@ const FLOOD_BYTES: usize = 1_152;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let ticks = std::env::args().nth(1).map_or(Ok(TICKS), |ticks| ticks.parse())?;
-    pin_to_one_processor();
+    pin_to_current_cpu();
     let mut buffer = [0; MAX_FRAME_BYTES];
     let request = encode_request(&Request::Status, 1, &mut buffer)?.to_vec();
     let flood = request.repeat(FLOOD_BYTES.div_ceil(request.len()));
@@ -49,7 +49,7 @@ fn measure(ticks: u32, bytes: &[u8]) -> Result<String, Box<dyn Error>> {
             board.send_command_bytes(bytes);
         }
         rig.step();
-        if let Some((side, trouble)) = rig.trouble() {
+        if let Some((side, trouble)) = rig.take_board_error() {
             return Err(format!("{side}: {trouble}").into());
         }
         let instructions = board(rig).and_then(|board| board.instructions()).ok_or("no cycle counter")?;

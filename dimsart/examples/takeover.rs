@@ -104,7 +104,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let curves = of_panel.map(|(column, (_, change, _))| Curve {
             label: change.name().to_owned(),
             column,
-            minus: None,
+            subtracted_column: None,
         });
         let (title, y_label) = (name.to_owned(), "force (N)".to_owned());
         Panel { title, y_label, curves: curves.collect(), levels: Vec::new() }
@@ -122,7 +122,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// Times of free motion and of pushing, s.
 fn moments(file: &RigFile) -> Result<[(&'static str, f64); 2], Box<dyn Error>> {
     let phases = phases(file)?.ok_or("no press")?;
-    Ok([("in motion", 0.5 * phases.leg_s), ("in contact", phases.settled_s)])
+    Ok([("in motion", 0.5 * phases.path_leg_s), ("in contact", phases.settled_s)])
 }
 
 /// Returns the force of the slave's first axis, by tick, around a change.
@@ -156,7 +156,7 @@ fn forces(
             slave(rig)?.dimsart.command(command)?;
         }
         rig.tick();
-        let commanded = slave(rig)?.trace().and_then(|trace| trace.commanded.first());
+        let commanded = slave(rig)?.trace().and_then(|trace| trace.commands.first());
         forces.push(f64::from(f32::from_bits(commanded.ok_or("no force")?.0)));
         rig.advance();
     }

@@ -47,7 +47,7 @@ pub enum BridgeError {
     Name(String),
     /// Two stations with the same name.
     #[error("duplicate station name {0}: give each port its own name, `NAME=PORT`")]
-    Twice(String),
+    DuplicateName(String),
     /// Another error of Zenoh.
     #[error("Zenoh error: {0}")]
     Zenoh(String),
@@ -58,7 +58,7 @@ pub enum BridgeError {
 
 /// Address and keys of published stations.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct BridgeAddress {
     /// The router, such as `tcp/localhost:7447`.
     pub router: String,
     /// First part of every key.
@@ -91,13 +91,13 @@ impl Bridge {
     ///
     /// # Errors
     /// [`BridgeError`].
-    pub fn open(place: &Place, stations: Vec<Station>) -> Result<Self, BridgeError> {
+    pub fn open(place: &BridgeAddress, stations: Vec<Station>) -> Result<Self, BridgeError> {
         let names = || stations.iter().map(Station::name);
         for name in names().chain([place.prefix.as_str()]) {
             check_name(name)?;
         }
         if let Some(name) = names().find(|name| names().filter(|other| other == name).count() > 1) {
-            return Err(BridgeError::Twice(name.to_owned()));
+            return Err(BridgeError::DuplicateName(name.to_owned()));
         }
         let session = open(&place.router)?;
         let node = Node::declare(&session, place)?;
@@ -117,13 +117,13 @@ impl Bridge {
 
     /// Whether the router is connected.
     #[must_use]
-    pub fn has_router(&self) -> bool {
+    pub fn is_router_connected(&self) -> bool {
         self.session.info().routers_zid().wait().next().is_some()
     }
 
     /// Releases the leases of clients of the router, which can no longer renew them or stop.
-    pub fn let_go(&self) {
-        self.stations.iter().for_each(|member| member.let_go());
+    pub fn release_leases(&self) {
+        self.stations.iter().for_each(|member| member.release_leases());
     }
 
     /// Returns the keys of the stations, in order.
@@ -133,7 +133,7 @@ impl Bridge {
 }
 
 impl Member {
-    fn let_go(&self) {
+    fn release_leases(&self) {
         if let Some(mover) = lock(&self.mover).take() {
             self.station.hear(mover, false);
         }

@@ -28,7 +28,7 @@ use dimsart_link::protocol::{MAX_FRAME_BYTES, decode_response};
 pub use shared_port::{SharedPort, open, private_folder, shared_ports};
 
 use hil_sim::link::Stream;
-use hil_sim::pipe::{Pipe, ROOM, pair_with_rooms};
+use hil_sim::pipe::{MAX_QUEUED_WRITES, Pipe, pair_with_capacities};
 use turns::{Next, Turns};
 
 /// Prefix of simulated ports, which `dimsart serve` provides.
@@ -61,7 +61,8 @@ impl Broker {
     /// Returns a separate line to the device, closed with the port; none if the port is closed.
     #[must_use]
     pub fn join(&self) -> Option<Pipe> {
-        let [client, here] = pair_with_rooms([CLIENT_WAIT, Duration::ZERO], [ROOM, CLIENT_ROOM]);
+        let [client, here] =
+            pair_with_capacities([CLIENT_WAIT, Duration::ZERO], [MAX_QUEUED_WRITES, CLIENT_ROOM]);
         self.newcomers.as_ref()?.send(here).is_ok().then_some(client)
     }
 }
@@ -204,7 +205,7 @@ impl Passing {
             let _ = client.line.write(bytes);
         }
         let turns = &mut self.turns;
-        self.answers.take_all(bytes, |content| {
+        self.answers.push_all(bytes, |content| {
             if let Ok((id, _)) = decode_response(content) {
                 turns.answered(id);
             }
@@ -224,7 +225,7 @@ impl Frames {
     /// Calls `on_frame` with every valid frame, including its two zeros, and its content.
     fn take(&mut self, bytes: &[u8], mut on_frame: impl FnMut(Vec<u8>, &[u8])) {
         for byte in bytes {
-            let content = self.receiver.take(*byte);
+            let content = self.receiver.push(*byte);
             if *byte == 0 {
                 let frame = [&[0], std::mem::take(&mut self.bytes).as_slice(), &[0]].concat();
                 if let Some(content) = content {

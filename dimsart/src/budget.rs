@@ -25,13 +25,13 @@ struct BudgetFile {
 pub enum BudgetError {
     /// Unknown board.
     #[error("unknown board '{name}'; known boards: {}", names())]
-    Unknown {
+    UnknownBoard {
         /// The name.
         name: String,
     },
     /// The budget file of the board is invalid.
     #[error("invalid budget file boards/budgets/{name}.toml: {source}")]
-    Wrong {
+    Invalid {
         /// The board.
         name: &'static str,
         /// The error.
@@ -46,10 +46,10 @@ impl Budget {
     /// [`BudgetError`] if the board is unknown or its file is invalid.
     pub fn of(board: &str) -> Result<Self, BudgetError> {
         let found = BOARDS.iter().find(|known| known.name == board);
-        let board = found.ok_or_else(|| BudgetError::Unknown { name: board.to_owned() })?;
-        let BudgetFile { tick_percent } =
-            toml::from_str(board.budget).map_err(|source| BudgetError::Wrong { name: board.name, source })?;
-        let boards::catalogue::Tooling { clock_hz, tick_hz, .. } = board.tooling;
+        let board = found.ok_or_else(|| BudgetError::UnknownBoard { name: board.to_owned() })?;
+        let BudgetFile { tick_percent } = toml::from_str(board.budget)
+            .map_err(|source| BudgetError::Invalid { name: board.name, source })?;
+        let boards::catalogue::ToolData { clock_hz, tick_hz, .. } = board.tooling;
         Ok(Self { clock_hz, tick_hz, tick_percent })
     }
 

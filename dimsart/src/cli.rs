@@ -44,8 +44,8 @@ use clap::{Parser, Subcommand};
 use crate::budget::BudgetError;
 use crate::sweep::GridError;
 use dimsart_core::{DescriptorError, ModuleKinds};
-use hil_sim::foreign_text::{shortened, visible_lines};
 use hil_sim::rig_file::RigFileError;
+use hil_sim::untrusted_text::{escape_lines, truncate};
 
 /// Run control schemes on simulated robots and on boards.
 ///
@@ -164,14 +164,14 @@ pub fn main(kinds: ModuleKinds) -> ExitCode {
         if error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe) {
             return ExitCode::SUCCESS;
         }
-        let text = visible_lines(&error.to_string());
-        let lines: Vec<_> = text.lines().map(|line| shortened(line, MAX_LINE_CHARS)).collect();
+        let text = escape_lines(&error.to_string());
+        let lines: Vec<_> = text.lines().map(|line| truncate(line, MAX_LINE_CHARS)).collect();
         eprintln!("dimsart: {}", lines.join("\n"));
-        let is_usage = error.downcast_ref().is_some_and(RigFileError::is_usage)
-            || matches!(error.downcast_ref(), Some(BudgetError::Unknown { .. }))
+        let is_usage_error = error.downcast_ref().is_some_and(RigFileError::is_usage_error)
+            || matches!(error.downcast_ref(), Some(BudgetError::UnknownBoard { .. }))
             || error.is::<DescriptorError>()
             || error.is::<GridError>()
             || error.is::<UsageError>();
-        if is_usage { ExitCode::from(WRONG_USAGE) } else { ExitCode::FAILURE }
+        if is_usage_error { ExitCode::from(WRONG_USAGE) } else { ExitCode::FAILURE }
     })
 }

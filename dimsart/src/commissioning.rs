@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! examine        reads only: no lease, no motion                          dimsart doctor --board
-//!   + watch_ticks, save_and_restart, LockedRotor ──▶ Report: Markdown, JSON    dimsart commission
+//!   + observe_ticks, save_and_restart, LockedRotor ──▶ Report: Markdown, JSON    dimsart commission
 //! ```
-//! [`Surroundings`] provide the time, which is simulated for an emulated chip, and the restart of the board.
+//! [`BoardEnvironment`] provide the time, which is simulated for an emulated chip, and the restart of the board.
 
 mod at_rest;
 mod check;
@@ -22,5 +22,5 @@ pub use jitter::Histogram;
 pub use locked_rotor::{LockedRotor, Step};
 pub use report::Report;
 pub use saving::save_and_restart;
-pub use surroundings::{Computer, Surroundings};
-pub use ticks::watch_ticks;
+pub use surroundings::{BoardEnvironment, HostComputer};
+pub use ticks::observe_ticks;

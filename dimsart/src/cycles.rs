@@ -34,7 +34,7 @@ pub use figures::{Figures, Row};
 pub use firmware::Firmware;
 pub use memory::Memory;
 pub use replay::{Setup, measure};
-pub use steady::Steady;
+pub use steady::SteadyTick;
 
 /// Unit of the figures.
 pub const UNIT: &str = "TRM-model cycles";

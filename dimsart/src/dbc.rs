@@ -12,19 +12,19 @@ use serde::Serialize;
 
 use hil_sim::first_packet::first_packet;
 
-pub use layout::{Kind, Signal};
+pub use layout::{NumberFormat, Signal};
 
 /// Format of the CAN frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Frames {
+pub enum FrameFormat {
     /// 8 bytes: several frames per packet, with the multiplexer `INDEX`.
     Can,
     /// 64 bytes: one frame per packet.
     CanFd,
 }
 
-impl Frames {
+impl FrameFormat {
     /// Index in the list of the attribute, for 11-bit identifiers.
     fn format(self) -> u8 {
         match self {
@@ -50,7 +50,7 @@ pub struct Message {
     /// Sending controller.
     pub sender: String,
     /// Format of its frames.
-    pub frames: Frames,
+    pub frames: FrameFormat,
     /// Longest frame, bytes.
     pub bytes: usize,
     /// Signals of its frames.
@@ -62,7 +62,7 @@ pub struct Message {
 pub enum DbcError {
     /// The controller sends nothing.
     #[error("the scheme sends nothing on the {side}: plug in a COMM_TXMOD")]
-    NothingSent {
+    NoMessages {
         /// The side.
         side: String,
     },
@@ -113,10 +113,10 @@ pub enum DbcError {
 ///
 /// # Errors
 /// [`DbcError`] if nothing is sent, or a packet does not fit.
-pub fn messages(dimsart: &mut Dimsart, side: &str, frames: Frames) -> Result<Vec<Message>, DbcError> {
+pub fn messages(dimsart: &mut Dimsart, side: &str, frames: FrameFormat) -> Result<Vec<Message>, DbcError> {
     let senders = senders(dimsart);
     if senders.is_empty() {
-        return Err(DbcError::NothingSent { side: side.to_owned() });
+        return Err(DbcError::NoMessages { side: side.to_owned() });
     }
     senders.into_iter().map(|sender| message(dimsart, side, &sender, frames)).collect()
 }
@@ -131,7 +131,7 @@ struct Sender {
 fn senders(dimsart: &mut Dimsart) -> Vec<Sender> {
     let engine = dimsart.engine_mut();
     let kinds = engine.kinds();
-    let is_sender = |module: &ModuleRef| module.kind == KindId::of("COMM_TXMOD");
+    let is_sender = |module: &ModuleRef| module.kind == KindId::from_name("COMM_TXMOD");
     let modules: Vec<ModuleRef> =
         engine.instances().filter(|module| is_sender(module) && engine.is_plugged_in(*module)).collect();
     let mut senders: Vec<Sender> =
@@ -154,10 +154,15 @@ fn senders(dimsart: &mut Dimsart) -> Vec<Sender> {
     senders
 }
 
-fn message(dimsart: &mut Dimsart, side: &str, sender: &Sender, frames: Frames) -> Result<Message, DbcError> {
+fn message(
+    dimsart: &mut Dimsart,
+    side: &str,
+    sender: &Sender,
+    frames: FrameFormat,
+) -> Result<Message, DbcError> {
     let module = dimsart.engine().kinds().module_name(sender.module).to_string();
     let side = side.to_owned();
-    let Some(packet) = first_packet(dimsart, sender.link) else { return Err(DbcError::NothingSent { side }) };
+    let Some(packet) = first_packet(dimsart, sender.link) else { return Err(DbcError::NoMessages { side }) };
     if packet.channel == 0 {
         return Err(DbcError::NoIdentifier { side, module });
     }
@@ -208,14 +213,14 @@ impl Display for Dbc {
             writeln!(f)?;
         }
         writeln!(f, "{ATTRIBUTES}")?;
-        if self.messages.iter().any(|message| message.frames == Frames::CanFd) {
+        if self.messages.iter().any(|message| message.frames == FrameFormat::CanFd) {
             writeln!(f, "BA_ \"BusType\" \"CAN FD\";")?;
         }
         for Message { identifier, frames, .. } in &self.messages {
             writeln!(f, "BA_ \"VFrameFormat\" BO_ {identifier} {};", frames.format())?;
         }
         for message in &self.messages {
-            for signal in message.signals.iter().filter(|signal| signal.kind == Kind::Real) {
+            for signal in message.signals.iter().filter(|signal| signal.kind == NumberFormat::Real) {
                 writeln!(f, "SIG_VALTYPE_ {} {} : 1;", message.identifier, signal.name)?;
             }
         }

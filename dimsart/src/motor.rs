@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use drive::{Configuration, ConfigurationError};
 use hil_sim::renamed_keys::{self, RenamedKey};
 
-pub use simulated::{Follow, follow, identify};
+pub use simulated::{CurrentStepResponse, identify, simulate_current_step};
 pub use text::{differences, text};
 
 /// Example configuration with comments.
@@ -51,7 +51,7 @@ pub enum MotorError {
 pub fn read(path: &Path, warn: impl FnMut(RenamedKey)) -> Result<Configuration, MotorError> {
     let path_of = || path.to_owned();
     let text = fs::read_to_string(path).map_err(|source| MotorError::File { path: path_of(), source })?;
-    let (text, renamed) = renamed_keys::updated(&text);
+    let (text, renamed) = renamed_keys::replace_renamed_keys(&text);
     renamed.into_iter().for_each(warn);
     let configuration: Configuration = toml::from_str(&text)
         .map_err(|error| MotorError::Text { path: path_of(), reason: error.to_string() })?;

@@ -32,7 +32,7 @@ use axum::routing::get;
 use serde::Deserialize;
 
 use connections::{Connections, HasSocket};
-pub use page_device::{Hand, OpenLine};
+pub use page_device::{OpenLine, ReferenceOverrideFn};
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.

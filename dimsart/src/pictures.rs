@@ -11,7 +11,7 @@ use crate::report::Figure;
 /// Returns the title of a rig's report, or of one station `alone`.
 #[must_use]
 pub fn title(file: &RigFile, alone: Option<&str>) -> String {
-    match (file.pressed(), alone) {
+    match (file.press_pair(), alone) {
         (Some(_), alone) => {
             format!("Bilateral control over a delayed link: {}", alone.unwrap_or("both sides"))
         }
@@ -26,7 +26,7 @@ pub fn title(file: &RigFile, alone: Option<&str>) -> String {
 /// Returns the file names of the figures, without extension.
 #[must_use]
 pub fn file_stems(file: &RigFile) -> Vec<String> {
-    match file.pressed() {
+    match file.press_pair() {
         Some(_) => press::FILE_STEMS.map(str::to_owned).to_vec(),
         None => response::file_stems(file),
     }

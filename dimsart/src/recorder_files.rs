@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use crate::connect::{ConnectError, Device, InProcess, Recorded, Timeouts};
+use crate::connect::{ConnectError, Device, InProcess, RecorderRows, Timeouts};
 use crate::report::ReportError;
 use hil_sim::rig::{Rig, Station};
 
@@ -78,14 +78,14 @@ fn is_one(path: &Path) -> bool {
 
 type Read<T> = Result<T, ConnectError>;
 
-fn read(station: &mut Station) -> Read<Vec<Read<Recorded>>> {
+fn read(station: &mut Station) -> Read<Vec<Read<RecorderRows>>> {
     let kinds = station.dimsart.engine().kinds();
-    let mut device = Device::greet(InProcess::new(&mut station.dimsart), Timeouts::default(), kinds)?;
+    let mut device = Device::identify(InProcess::new(&mut station.dimsart), Timeouts::default(), kinds)?;
     let names = device.recorders()?;
-    Ok(names.iter().map(|name| device.recorded(Some(name))).collect())
+    Ok(names.iter().map(|name| device.read_recorder(Some(name))).collect())
 }
 
-fn write_rows(folder: &Path, controller: &str, recorded: &Recorded) -> Result<RecorderFile, ReportError> {
+fn write_rows(folder: &Path, controller: &str, recorded: &RecorderRows) -> Result<RecorderFile, ReportError> {
     let name = format!("{PREFIX}{controller}_{}{EXTENSION}", recorded.recorder);
     let path: PathBuf = folder.join(&name);
     let written = File::create(&path).map(io::BufWriter::new).and_then(|file| recorded.write_csv(file));

@@ -20,14 +20,14 @@ use std::path::Path;
 use dimsart_core::ModuleKinds;
 use serde::Serialize;
 
-pub use device::DeviceFacts;
+pub use device::DeviceDescription;
 pub use divergence::Divergence;
 pub use error::ReplayError;
 
 use crate::cdr;
 use crate::report::{DEVICE_END, INPUTS_DEFINITION, INPUTS_TOPIC, InputsMessage, SCHEME_END, STAMP_BYTES};
 use controller::ReplayedController;
-use hil_sim::foreign_text::{visible, visible_lines};
+use hil_sim::untrusted_text::{escape_line, escape_lines};
 use layout::Layout;
 use records::{Record, Records};
 
@@ -90,15 +90,15 @@ pub fn replay(path: &Path, kinds: ModuleKinds, mut progress: impl FnMut(f64)) ->
     while let Some(record) = records.next().map_err(|error| error.of(path))? {
         match record {
             Record::Attachment { name, data } => {
-                let text = visible_lines(&String::from_utf8_lossy(&data));
+                let text = escape_lines(&String::from_utf8_lossy(&data));
                 if let Some(name) = name.strip_suffix(DEVICE_END) {
-                    devices.insert(visible(name), text);
+                    devices.insert(escape_line(name), text);
                 } else if let Some(name) = name.strip_suffix(SCHEME_END) {
-                    schemes.insert(visible(name), text);
+                    schemes.insert(escape_line(name), text);
                 }
             }
             Record::Schema { id, data } => {
-                schemas.insert(id, visible_lines(&String::from_utf8_lossy(&data)));
+                schemas.insert(id, escape_lines(&String::from_utf8_lossy(&data)));
             }
             Record::Channel { id, schema, topic } => {
                 channels.extend(meaning(&topic, schemas.get(&schema))?.map(|meaning| (id, meaning)));
@@ -146,7 +146,7 @@ fn meaning(topic: &str, schema: Option<&String>) -> Result<Option<Meaning>, Repl
     if let Some(name) = topic.strip_suffix(INPUTS_TOPIC) {
         let is_known = schema == INPUTS_DEFINITION;
         return if is_known {
-            Ok(Some(Meaning::Inputs(visible(name))))
+            Ok(Some(Meaning::Inputs(escape_line(name))))
         } else {
             Err(ReplayError::OtherInputs)
         };
@@ -155,7 +155,7 @@ fn meaning(topic: &str, schema: Option<&String>) -> Result<Option<Meaning>, Repl
         Some((name, number)) if number.parse::<u32>().is_ok() => name,
         _ => topic,
     };
-    Ok(Layout::of_schema(schema).map(|layout| Meaning::Signals(visible(name), layout)))
+    Ok(Layout::of_schema(schema).map(|layout| Meaning::Signals(escape_line(name), layout)))
 }
 
 /// Reads tick and time of a message of signals.

@@ -31,13 +31,13 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 
 pub use bode::Bode;
-pub use bus_timeline::{BusRow, BusTimeline, Stretch};
-pub use contour::{Piece, contour};
+pub use bus_timeline::{BusRow, BusTimeline, Transmission};
+pub use contour::{ContourSegment, contour};
 pub use cycle_bars::{CycleBar, CycleBars};
 pub(crate) use decimate::decimate;
 pub use error::ReportError;
-pub use facts::{ControllerFacts, RunFacts, TimeBase};
-pub use field_map::{Border, Field, FieldMap};
+pub use facts::{ControllerMetadata, RunMetadata, TimeBase};
+pub use field_map::{Boundary, CellValue, SweepMap};
 pub use figure::{Curve, Figure, Panel};
 pub(crate) use mcap::{
     DEVICE_END, Field as SignalField, INPUTS_DEFINITION, INPUTS_TOPIC, InputsMessage, PacketMessage,
@@ -68,7 +68,7 @@ pub struct Report<'a> {
     /// Title of the page.
     pub title: String,
     /// Main results.
-    pub summary: Vec<Fact>,
+    pub summary: Vec<SummaryRow>,
     /// Results per axis; hidden without rows.
     pub axes: Table,
     /// Faults, one sentence each; empty for a clean run.
@@ -91,7 +91,7 @@ pub struct Report<'a> {
 
 /// One row of the summary.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Fact {
+pub struct SummaryRow {
     /// Name.
     pub name: String,
     /// Value as text.
@@ -113,7 +113,7 @@ pub struct Table {
 
 /// Files of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Written {
+pub struct ReportFiles {
     /// The page to open first.
     pub page: PathBuf,
     /// Pictures, in the order of the page.
@@ -126,7 +126,7 @@ pub struct Written {
 ///
 /// # Errors
 /// [`ReportError`] names the folder or file and the remedy.
-pub fn try_folder(folder: &Path) -> Result<(), ReportError> {
+pub fn check_folder_writable(folder: &Path) -> Result<(), ReportError> {
     let is_missing = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
     let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
     let result = make_folder(folder).and_then(|()| try_file(folder.join(SignalsKind::Csv.file_name())));
@@ -160,7 +160,7 @@ pub fn write(
     report: &Report<'_>,
     stop: &AtomicBool,
     bar: &ProgressBar,
-) -> Result<Written, ReportError> {
+) -> Result<ReportFiles, ReportError> {
     make_folder(folder)?;
     let images = images(report);
     bar.set_length(1 + images.len() as u64);
@@ -171,7 +171,7 @@ pub fn write(
     let plots: Vec<PagePlot> = figures.iter().map(FigurePicture::plot).collect();
     let text = html::page(report, &images, &plots).map_err(|error| content(&page, &error))?;
     write_file(page.clone(), text.as_bytes(), bar)?;
-    Ok(Written { page, pictures, recorders: report.recorders.clone() })
+    Ok(ReportFiles { page, pictures, recorders: report.recorders.clone() })
 }
 
 /// Lists the pictures in the order of the page.
@@ -262,7 +262,7 @@ pub fn write_bode(folder: &Path, bode: &Bode) -> Result<PathBuf, ReportError> {
 ///
 /// # Errors
 /// [`ReportError`] names the file and the remedy.
-pub fn write_map(folder: &Path, map: &FieldMap) -> Result<PathBuf, ReportError> {
+pub fn write_map(folder: &Path, map: &SweepMap) -> Result<PathBuf, ReportError> {
     make_folder(folder)?;
     write_picture(folder, MAP_STEM, map, &ProgressBar::hidden())
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use dimsart_core::ModuleKinds;
-use hil_sim::rig_file::{RigFile, RigFileError, SHIPPED, USUAL};
+use hil_sim::rig_file::{DEFAULT_RIG_NAME, RigFile, RigFileError, SHIPPED};
 use hil_sim::schemes::suggestion;
 
 /// Reads the rig file at a path, or the shipped rig of this name, applies `sets`, and uses these module kinds. Without a path,
@@ -16,7 +16,7 @@ pub fn read(path: Option<&Path>, sets: &[String], kinds: ModuleKinds) -> Result<
 }
 
 fn read_file(path: Option<&Path>, sets: &[String]) -> Result<RigFile, RigFileError> {
-    let Some(path) = path else { return RigFile::from_shipped(USUAL, sets) };
+    let Some(path) = path else { return RigFile::from_shipped(DEFAULT_RIG_NAME, sets) };
     let shipped = path.to_str().and_then(RigFile::shipped).filter(|_| !path.exists());
     if let Some(text) = shipped {
         return RigFile::read(text, &path.display().to_string(), PathBuf::new(), sets);

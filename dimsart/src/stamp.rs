@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use dimsart_core::stamp::{MAGIC, MAX_TEXT_BYTES, STAMP_SCHEME_BYTES, Stamp, Text, VERSION, as_str, text};
 use dimsart_core::{Cost, KindId};
-use hil_sim::foreign_text::visible;
+use hil_sim::untrusted_text::escape_line;
 use object::{Object, ObjectSegment, ObjectSymbol};
 
 /// Symbol of the stamp.
@@ -47,7 +47,7 @@ pub enum StampError {
     #[error(
         "the image has room for {room} {what}, {wanted} needed: rebuild the image from the sources of this command"
     )]
-    NoRoom {
+    BufferTooSmall {
         /// Kind of data.
         what: &'static str,
         /// Capacity.
@@ -155,15 +155,15 @@ impl StampedImage {
     /// Sets the costs, their memory and the limit of a tick.
     ///
     /// # Errors
-    /// [`StampError::NoRoom`]; nothing changes.
+    /// [`StampError::BufferTooSmall`]; nothing changes.
     pub fn set_costs(&mut self, lines: &[Cost], memory: &str, limit_cycles: u32) -> Result<(), StampError> {
         let room = usize::from(self.half(offset_of!(Layout, lines)));
         if lines.len() != room {
-            return Err(StampError::NoRoom { what: "costs", room, wanted: lines.len() });
+            return Err(StampError::BufferTooSmall { what: "costs", room, wanted: lines.len() });
         }
         let bytes: Vec<u8> = lines
             .iter()
-            .map(|cost| cost.line())
+            .map(|cost| cost.coefficients())
             .flat_map(|(offset, per_dof)| [offset.to_le_bytes(), per_dof.to_le_bytes()].concat())
             .collect();
         self.put(offset_of!(Layout, memory), &fitting(memory)?);
@@ -175,14 +175,17 @@ impl StampedImage {
     /// Sets the saved scheme of one side; truncates its name.
     ///
     /// # Errors
-    /// [`StampError::IncompatibleImage`] or [`StampError::NoRoom`]; nothing changes.
+    /// [`StampError::IncompatibleImage`] or [`StampError::BufferTooSmall`]; nothing changes.
     pub fn set_scheme(&mut self, name: &str, side: &str, scheme: &[u8]) -> Result<(), StampError> {
-        let fingerprint = dimsart_link::saved_scheme::fingerprint_of;
+        let fingerprint = dimsart_link::saved_scheme::saved_fingerprint;
         if fingerprint(self.scheme()) != fingerprint(scheme) {
             return Err(StampError::IncompatibleImage);
         }
-        let no_room =
-            StampError::NoRoom { what: "bytes of a scheme", room: STAMP_SCHEME_BYTES, wanted: scheme.len() };
+        let no_room = StampError::BufferTooSmall {
+            what: "bytes of a scheme",
+            room: STAMP_SCHEME_BYTES,
+            wanted: scheme.len(),
+        };
         let length = u16::try_from(scheme.len()).ok().filter(|_| scheme.len() <= STAMP_SCHEME_BYTES);
         let length = length.ok_or(no_room)?;
         self.put(offset_of!(Layout, side), &fitting(side)?);
@@ -211,7 +214,7 @@ impl StampedImage {
     }
 
     fn text(&self, at: usize) -> String {
-        self.field::<MAX_TEXT_BYTES>(at).map_or_else(String::new, |bytes| visible(as_str(&bytes)))
+        self.field::<MAX_TEXT_BYTES>(at).map_or_else(String::new, |bytes| escape_line(as_str(&bytes)))
     }
 
     fn put(&mut self, at: usize, bytes: &[u8]) {
@@ -224,7 +227,7 @@ impl StampedImage {
 
 fn fitting(words: &str) -> Result<Text, StampError> {
     let wanted = words.len();
-    let no_room = StampError::NoRoom { what: "bytes of a name", room: MAX_TEXT_BYTES, wanted };
+    let no_room = StampError::BufferTooSmall { what: "bytes of a name", room: MAX_TEXT_BYTES, wanted };
     (wanted <= MAX_TEXT_BYTES).then_some(text(words)).ok_or(no_room)
 }
 
@@ -263,6 +266,6 @@ mod tests {
     #[test]
     fn a_text_fits_up_to_its_last_byte() {
         assert_eq!(as_str(&fitting("sixteen letters!").unwrap()), "sixteen letters!");
-        assert!(matches!(fitting("seventeen letters"), Err(StampError::NoRoom { wanted: 17, .. })));
+        assert!(matches!(fitting("seventeen letters"), Err(StampError::BufferTooSmall { wanted: 17, .. })));
     }
 }

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 
 pub use file::{SweepFile, SweepFileError, SweepTable};
-pub use grid::{Grid, GridError, Shard, Values};
+pub use grid::{Grid, GridAxis, GridError, Shard};
 pub use map::map;
 
 use hil_sim::experiment::Experiment;

@@ -4,12 +4,12 @@ use std::io::{Read, Write};
 use std::path::Path;
 use std::sync::mpsc::SyncSender;
 
-use crate::connect::{ConnectError, Device, Identity, TapRow, TapSignal, WordText};
+use crate::connect::{ConnectError, Device, Identity, SubscribedSignal, SubscriptionRow, WordText};
 use crate::report::{
-    ControllerFacts, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind, TimeBase,
+    ControllerMetadata, ReportError, RunMetadata, SignalsFile, SignalsFormat, SignalsKind, TimeBase,
 };
-use hil_sim::bus::time::tick_seconds;
-use hil_sim::recording::{Column, Piece};
+use hil_sim::bus::time::tick_time_s;
+use hil_sim::recording::{Column, RecordingChunk};
 
 /// End of a recording: the signals changed.
 pub(crate) const OTHER_SIGNALS: &str =
@@ -22,11 +22,11 @@ pub(crate) const BEGUN_ANEW: &str = "the device restarted: recording ended, star
 #[derive(Debug)]
 pub(crate) struct TapFile {
     file: SignalsFile,
-    pieces: SyncSender<Piece>,
+    pieces: SyncSender<RecordingChunk>,
     /// Name of the controller.
     source: String,
     period_s: f64,
-    signals: Vec<TapSignal>,
+    signals: Vec<SubscribedSignal>,
     rows: u64,
     every_ticks: u32,
     /// Unwrapped.
@@ -42,7 +42,7 @@ pub(crate) enum Next {
     /// The signals changed or the device restarted: the rows were not added. With the reason.
     Ends(&'static str),
     /// Writing failed: [`TapFile::finish`] returns the error.
-    NoDisk,
+    WriteFailed,
 }
 
 /// Returns the format of a file for rows from a port, with the current identity and scheme of the controller.
@@ -65,8 +65,8 @@ pub(crate) fn format(
                  protocol = {protocol_version}\nsample_period_s = {sample_period_s}\nevery_ticks = {every_ticks}\n"
             );
             let scheme = device.scheme_rows(None)?;
-            let controllers = vec![ControllerFacts { name, scheme, device_json: None }];
-            SignalsFormat::Mcap(RunFacts { settings_toml, controllers, time_base: TimeBase::RealTime })
+            let controllers = vec![ControllerMetadata { name, scheme, device_json: None }];
+            SignalsFormat::Mcap(RunMetadata { settings_toml, controllers, time_base: TimeBase::RealTime })
         }
     })
 }
@@ -109,11 +109,11 @@ impl TapFile {
     }
 
     /// Adds rows; their signals must equal the first rows' signals. Blocks while the disk is slow.
-    pub(crate) fn add(&mut self, signals: &[TapSignal], rows: &[TapRow]) -> Next {
+    pub(crate) fn add(&mut self, signals: &[SubscribedSignal], rows: &[SubscriptionRow]) -> Next {
         if self.signals.is_empty() {
             signals.clone_into(&mut self.signals);
             // An error is returned by `finish`.
-            let _ = self.pieces.send(Piece::Columns(columns_of(&self.source, signals)));
+            let _ = self.pieces.send(RecordingChunk::Columns(columns_of(&self.source, signals)));
         } else if self.signals != signals {
             return Next::Ends(OTHER_SIGNALS);
         }
@@ -133,11 +133,11 @@ impl TapFile {
             };
             self.last_tick = Some(tick);
             #[expect(clippy::cast_precision_loss, reason = "exact for 285 000 years of ticks")]
-            values.extend([tick as f64, tick_seconds(tick, self.period_s)]);
+            values.extend([tick as f64, tick_time_s(tick, self.period_s)]);
             values.extend(&row.values);
         }
-        if self.pieces.send(Piece::Rows(values)).is_err() {
-            return Next::NoDisk;
+        if self.pieces.send(RecordingChunk::Rows(values)).is_err() {
+            return Next::WriteFailed;
         }
         self.rows += rows.len() as u64;
         Next::GoesOn
@@ -158,8 +158,8 @@ impl TapFile {
     }
 }
 
-fn columns_of(source: &str, signals: &[TapSignal]) -> Vec<Column> {
-    let of_signal = |signal: &TapSignal| {
+fn columns_of(source: &str, signals: &[SubscribedSignal]) -> Vec<Column> {
+    let of_signal = |signal: &SubscribedSignal| {
         let column = |place: &WordText| Column {
             source: source.to_owned(),
             signal: signal.name.clone(),

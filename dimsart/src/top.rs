@@ -9,11 +9,11 @@
 
 mod draw;
 mod live;
+mod messages;
 mod running;
 mod screen;
 mod seen;
 mod text;
-mod told;
 
 #[cfg(test)]
 mod tests;

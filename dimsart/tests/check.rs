@@ -4,7 +4,7 @@
 use std::fs;
 use std::process::{Command, Output};
 
-use hil_sim::emulated::FOLDER_VARIABLE;
+use hil_sim::emulated::IMAGE_FOLDER_VARIABLE;
 use test_requirements::stamped_image;
 
 const BILATERAL: &str = include_str!("../../schemes/bilateral.scheme");
@@ -264,7 +264,7 @@ fn without_a_stamped_image_of_the_board_the_scheme_is_checked_and_how_long_it_ta
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
     let check = command.args(["check", "builtin:bilateral", "--board", "nucleo-g474re"]);
-    let output = check.env(FOLDER_VARIABLE, folder.path()).output().unwrap();
+    let output = check.env(IMAGE_FOLDER_VARIABLE, folder.path()).output().unwrap();
     let out = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success() && out.contains("maximum tick time unknown: no firmware image"), "{out}");
     assert!(out.contains("cargo board nucleo-g474re"), "{out}");

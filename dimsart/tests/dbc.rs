@@ -7,7 +7,7 @@ use std::process::Command;
 use can_dbc::{
     AttributeValue, ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType,
 };
-use dimsart::dbc::{self, Frames};
+use dimsart::dbc::{self, FrameFormat};
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Packet, ProvidedMemory, Shape, Summary, Unit,
     Word, types,
@@ -29,9 +29,9 @@ fn scheme() -> SchemeText {
 
 fn controller(dof: usize) -> Dimsart {
     let mut dimsart =
-        Dimsart::new(ProvidedMemory::leaked(), device("master", dof, 1e-3).unwrap(), ALL).unwrap();
+        Dimsart::new(ProvidedMemory::leak_default(), device("master", dof, 1e-3).unwrap(), ALL).unwrap();
     let loaded = schemes::load(&scheme(), "master", &[], &mut dimsart);
-    assert!(loaded.is_sound(), "{loaded:?}");
+    assert!(loaded.is_valid(), "{loaded:?}");
     dimsart
 }
 
@@ -81,18 +81,18 @@ fn read(dbc: &Dbc, identifier: u16, frames: &[Vec<u8>]) -> BTreeMap<String, u64>
     found
 }
 
-fn dbc(controller: &mut Dimsart, frames: Frames) -> Dbc {
+fn dbc(controller: &mut Dimsart, frames: FrameFormat) -> Dbc {
     let messages = dbc::messages(controller, "master", frames).unwrap();
     Dbc::try_from(dbc::Dbc::new(messages).unwrap().to_string().as_str()).unwrap()
 }
 
-fn check(dof: usize, frames: Frames) {
+fn check(dof: usize, frames: FrameFormat) {
     let dbc = dbc(&mut controller(dof), frames);
     let (packet, waves) = packet(dof);
     let content = packet.to_bytes();
     let data: Vec<Vec<u8>> = match frames {
-        Frames::Can => can::frames(&content, CHANNEL).unwrap().map(|frame| frame.to_vec()).collect(),
-        Frames::CanFd => vec![can_fd::pack(&content).unwrap().to_vec()],
+        FrameFormat::Can => can::frames(&content, CHANNEL).unwrap().map(|frame| frame.to_vec()).collect(),
+        FrameFormat::CanFd => vec![can_fd::pack(&content).unwrap().to_vec()],
     };
     let found = read(&dbc, CHANNEL, &data);
     assert!(waves.iter().any(|wave| *wave != 0.0), "something moves");
@@ -105,8 +105,8 @@ fn check(dof: usize, frames: Frames) {
     assert_eq!(found["CONTENT"], u64::from(packet.content));
     assert_eq!(found["ECHO"], u64::from(packet.echo));
     let counter = match frames {
-        Frames::Can => found["COUNTER_HIGH"] << 4 | found["COUNTER_LOW"],
-        Frames::CanFd => found["COUNTER"],
+        FrameFormat::Can => found["COUNTER_HIGH"] << 4 | found["COUNTER_LOW"],
+        FrameFormat::CanFd => found["COUNTER"],
     };
     assert_eq!(counter, u64::from(packet.counter));
     let reals = dbc.signal_extended_value_type_list.iter();
@@ -115,8 +115,8 @@ fn check(dof: usize, frames: Frames) {
     );
     assert_eq!(reals.count(), dof);
     let (format, bus_type) = match frames {
-        Frames::Can => (0, None),
-        Frames::CanFd => (14, Some("CAN FD")),
+        FrameFormat::Can => (0, None),
+        FrameFormat::CanFd => (14, Some("CAN FD")),
     };
     assert_eq!(dbc.attribute_values_message.len(), 1);
     let value = &dbc.attribute_values_message[0];
@@ -141,15 +141,15 @@ fn a_number_with_a_sign_is_read_with_it() {
     };
     let axes = [AxisKind::Linear, AxisKind::Rotary];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[TURNS], &[]).unwrap();
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap();
     let rows = format!(
         "all COMM_TXMOD CTX_ADD_DATA TURNS\nall COMM_TXMOD CTX_COUNTERS OFF\nall COMM_TXMOD CTX_CHANNEL {CHANNEL}\n\
          all MOD_ENG MOD_ON COMM_TXMOD\nall MOD_ENG MATCHING_CHECK"
     );
     let rows = SchemeText { name: "turns.scheme".to_owned(), text: rows };
     let loaded = schemes::load(&rows, "master", &[], &mut dimsart);
-    assert!(loaded.is_sound(), "{loaded:?}");
-    let dbc = dbc(&mut dimsart, Frames::Can);
+    assert!(loaded.is_valid(), "{loaded:?}");
+    let dbc = dbc(&mut dimsart, FrameFormat::Can);
     let signal = dbc.messages[0].signals.iter().find(|signal| signal.name == "TURNS").unwrap();
     assert_eq!((signal.value_type, signal.size, signal.unit.as_str()), (ValueType::Signed, 32, "m or rad"));
     for turns in [-7, 0, 7, i32::MIN, i32::MAX] {
@@ -163,17 +163,17 @@ fn a_number_with_a_sign_is_read_with_it() {
 
 #[test]
 fn classic_can_frames_are_read_by_the_dbc() {
-    (1..=5).for_each(|dof| check(dof, Frames::Can));
+    (1..=5).for_each(|dof| check(dof, FrameFormat::Can));
 }
 
 #[test]
 fn can_fd_frames_are_read_by_the_dbc() {
-    (1..=4).for_each(|dof| check(dof, Frames::CanFd));
+    (1..=4).for_each(|dof| check(dof, FrameFormat::CanFd));
 }
 
 #[test]
 fn what_does_not_fit_is_said() {
-    let error = dbc::messages(&mut controller(6), "master", Frames::Can).unwrap_err().to_string();
+    let error = dbc::messages(&mut controller(6), "master", FrameFormat::Can).unwrap_err().to_string();
     assert!(error.contains("18 words") && error.contains("maximum 16"), "{error}");
 }
 

@@ -134,7 +134,7 @@ impl Served {
     }
 
     fn device(&self) -> Device<Box<dyn Stream>> {
-        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
+        Device::identify(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     /// Returns the status line of an answer.
@@ -202,7 +202,7 @@ impl Browser {
     fn stay_until(&mut self, kind: &str, is_it: impl Fn(&Value) -> bool) {
         let (deadline, mut said) = (Instant::now() + TEST_TIMEOUT, None::<Instant>);
         while Instant::now() < deadline {
-            if said.is_none_or(|said| clock::since(said) > Duration::from_millis(50)) {
+            if said.is_none_or(|said| clock::elapsed_since(said) > Duration::from_millis(50)) {
                 self.say(&json!({ "say": "here" }));
                 said = Some(clock::now());
             }
@@ -240,10 +240,10 @@ impl Browser {
 fn time_to_rest(device: &mut Device<Box<dyn Stream>>) -> Duration {
     let start = clock::now();
     while device.live().unwrap().holder.is_some() {
-        assert!(clock::since(start) < TEST_TIMEOUT, "the device is still moving");
+        assert!(clock::elapsed_since(start) < TEST_TIMEOUT, "the device is still moving");
         device.listen(Duration::from_millis(2)).unwrap();
     }
-    clock::since(start)
+    clock::elapsed_since(start)
 }
 
 #[test]
@@ -340,7 +340,7 @@ fn what_waits_when_the_line_comes_back_moves_nothing() {
         (refused.len() == 2).then_some(())
     });
     let start = clock::now();
-    while clock::since(start) < Duration::from_secs(1) {
+    while clock::elapsed_since(start) < Duration::from_secs(1) {
         browser.say(&json!({ "say": "here" }));
         assert_eq!(device.live().unwrap().holder, None);
         device.listen(Duration::from_millis(20)).unwrap();
@@ -390,7 +390,7 @@ fn stopping_waits_for_nobody_on_the_page() {
         .map(|_| {
             let start = clock::now();
             browser.ask(json!({ "say": "stop" })).unwrap();
-            clock::since(start)
+            clock::elapsed_since(start)
         })
         .collect();
     assert!(times[0] < Duration::from_millis(250), "the first one: {times:?}");

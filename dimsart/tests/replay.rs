@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use dimsart::connect::{Device, Timeouts};
 use dimsart::replay::{Divergence, Replay, ReplayError, replay};
-use dimsart::report::{RunFacts, SignalsFile, SignalsFormat};
+use dimsart::report::{RunMetadata, SignalsFile, SignalsFormat};
 use hil_sim::pipe::Pipe;
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
@@ -83,17 +83,17 @@ impl Live {
         let file = RigFile::read(text, "joint", PathBuf::new(), &[]).unwrap();
         let (mut live, mut lines) = LiveRig::new(&file).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let facts = RunFacts::new(file.to_toml(), live.rig_mut()).in_real_time();
+        let facts = RunMetadata::new(file.to_toml(), live.rig_mut()).in_real_time();
         let (recording, listener) =
             SignalsFile::create(folder.path(), &[], SignalsFormat::Mcap(facts)).unwrap();
-        live.tell(listener).unwrap();
+        live.add_listener(listener).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let running = thread::spawn(move || live.run(&flag, |_| ()));
         let (_, line) = lines.remove(0);
         (
             Self { folder, stop, running, recording },
-            Device::greet(line, PATIENCE, dimsart_modules::ALL).unwrap(),
+            Device::identify(line, PATIENCE, dimsart_modules::ALL).unwrap(),
         )
     }
 
@@ -133,7 +133,7 @@ fn what_is_changed_while_it_moves_is_changed_again() {
     device.abort().unwrap();
     device.stop().unwrap();
     device.reset(None).unwrap();
-    device.off("SIGGEN_MOD").unwrap();
+    device.unplug("SIGGEN_MOD").unwrap();
     assert!(device.set("PIDCTRL_MOD", "K_PARAM", "-1").is_err());
     device
         .send_scheme(

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use dimsart::broker::{self, SharedPort};
-use dimsart::connect::{Capture, ConnectError, Device, Live, Tap, Timeouts, ValueText};
+use dimsart::connect::{Capture, ConnectError, Device, DisplayValue, SignalPoll, Subscription, Timeouts};
 use hil_sim::clock;
 use hil_sim::link::{PortError, Stream};
 use hil_sim::response::LiveRig;
@@ -51,7 +51,7 @@ impl Served {
     }
 
     fn connect(&self) -> Device<Box<dyn Stream>> {
-        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
+        Device::identify(broker::open(&self.port, 0).unwrap(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     /// Messages to the user so far.
@@ -122,10 +122,10 @@ fn what_an_experiment_moves_is_moved_again_and_again() {
     let mut device = served.connect();
     device.hold_lease().unwrap();
     let (mut live, mut changes, mut last) =
-        (Live::new(&["DES_POSITION".to_owned()], Duration::from_millis(10)), 0, String::new());
+        (SignalPoll::new(&["DES_POSITION".to_owned()], Duration::from_millis(10)), 0, String::new());
     let deadline = Instant::now() + TEST_TIMEOUT;
     while changes < 6 && Instant::now() < deadline {
-        let seen = device.look(&mut live).unwrap().remove(0).values.remove(0).to_string();
+        let seen = device.read_signals(&mut live).unwrap().remove(0).values.remove(0).to_string();
         changes += usize::from(seen != last);
         last = seen;
         device.listen(Duration::from_millis(5)).unwrap();
@@ -156,7 +156,7 @@ fn a_port_that_nobody_serves_and_one_that_somebody_does_are_told_apart() {
     let refused = SharedPort::new(&served.port, Box::new(spare));
     assert!(matches!(refused, Err(PortError::Served { .. })), "{refused:?}");
     let nobody = broker::open("sim:nobody-at-all", 0);
-    assert!(matches!(nobody, Err(PortError::NotServed { .. })), "{nobody:?}");
+    assert!(matches!(nobody, Err(PortError::ServerNotFound { .. })), "{nobody:?}");
 }
 
 /// The first client opened the port: when it ends, another client takes its place.
@@ -186,7 +186,7 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
     });
     // Requests to the ending client are lost, and soon repeated.
     let patience = Timeouts { timeout: Duration::from_millis(500), tries: 100 };
-    let greet = || Device::greet(broker::open(&port, 0).unwrap(), patience, dimsart_modules::ALL).unwrap();
+    let greet = || Device::identify(broker::open(&port, 0).unwrap(), patience, dimsart_modules::ALL).unwrap();
     let (first, mut second, mut third) = (greet(), greet(), greet());
     drop(first);
     for device in [&mut second, &mut third] {
@@ -202,13 +202,13 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
 fn every_tick_reaches_all_who_listen() {
     let served = Served::start("tap", &[]);
     let listen = |mut device: Device<Box<dyn Stream>>| {
-        let (mut tap, mut rows) = (Tap::new(1), Vec::new());
+        let (mut tap, mut rows) = (Subscription::new(1), Vec::new());
         let deadline = Instant::now() + TEST_TIMEOUT;
         while rows.len() < 1000 && Instant::now() < deadline {
-            rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
+            rows.extend(device.receive_rows(&mut tap, Duration::from_millis(20)).unwrap());
         }
         assert!(tap.signals().iter().any(|signal| signal.name == "POSITION" && signal.unit == "rad"));
-        assert_eq!(tap.lost(), 0);
+        assert_eq!(tap.lost_samples(), 0);
         rows
     };
     let clients = [served.connect(), served.connect()].map(|device| thread::spawn(move || listen(device)));
@@ -232,11 +232,11 @@ fn rows_of_every_tenth_tick_are_whole() {
         .collect();
     let scheme = SchemeText { name: "more".to_owned(), text: rows + "all MOD_ENG MATCHING_CHECK" };
     device.send_scheme(&scheme, "joint").unwrap();
-    let (mut tap, mut rows) = (Tap::new(10), Vec::new());
+    let (mut tap, mut rows) = (Subscription::new(10), Vec::new());
     let deadline = Instant::now() + TEST_TIMEOUT;
     while rows.len() < 50 {
         assert!(Instant::now() < deadline, "{} rows", rows.len());
-        rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
+        rows.extend(device.receive_rows(&mut tap, Duration::from_millis(20)).unwrap());
     }
     assert!(tap.signals().len() > 4, "{:?}", tap.signals());
     assert!(rows.iter().all(|row| row.tick.is_multiple_of(10)));
@@ -295,14 +295,14 @@ fn an_edge_is_caught_on_the_device() {
         let before = rows_before.min(caught);
         assert_eq!((recorded.rows.len(), recorded.overwritten), (before as usize + 6, 0), "{recorded:?}");
         for row in &recorded.rows {
-            let ValueText::Real(value) = row.values[0] else { panic!("{row:?}") };
+            let DisplayValue::Real(value) = row.values[0] else { panic!("{row:?}") };
             assert_eq!(is_beyond(value), row.number >= caught, "{caught}: {recorded:?}");
         }
         assert_eq!(recorded.rows.last().unwrap().number, caught + 5);
         if let Some(stays) = captured.stays {
             let name = stays.split_whitespace().next().unwrap();
-            device.off(name).unwrap();
-            device.close(Some(name)).unwrap();
+            device.unplug(name).unwrap();
+            device.delete_module(Some(name)).unwrap();
         }
     }
     assert_eq!(device.scheme_rows(None).unwrap(), before, "the scheme is unchanged");

@@ -4,11 +4,11 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Says {
     /// It follows commands.
-    Obeys,
+    Operational,
     /// It is off or starting.
     Ready,
     /// It ignores commands until it is cleared.
-    Stuck,
+    NeedsReset,
 }
 
 /// Report of a joint in a tick.
@@ -64,10 +64,10 @@ impl Agreement {
         self.silent_ticks = if said.is_some() { 0 } else { self.silent_ticks.saturating_add(1) };
         let was_refused = self.phase == Phase::Refused;
         self.phase = match (self.phase, said) {
-            (Phase::Clearing(_), Some(Says::Obeys | Says::Ready)) => Phase::Starting(0),
-            (Phase::Starting(_), Some(Says::Obeys)) => Phase::On,
-            (Phase::Starting(_), Some(Says::Stuck)) => Phase::Refused,
-            (Phase::On, Some(Says::Ready | Says::Stuck)) => Phase::Refused,
+            (Phase::Clearing(_), Some(Says::Operational | Says::Ready)) => Phase::Starting(0),
+            (Phase::Starting(_), Some(Says::Operational)) => Phase::On,
+            (Phase::Starting(_), Some(Says::NeedsReset)) => Phase::Refused,
+            (Phase::On, Some(Says::Ready | Says::NeedsReset)) => Phase::Refused,
             (phase, _) => phase,
         };
         self.phase = match self.phase {
@@ -88,7 +88,7 @@ impl Agreement {
     pub(crate) fn command(&mut self, is_on: bool, said: Option<Says>) -> Phase {
         self.phase = match self.phase {
             _ if !is_on => Phase::Off,
-            Phase::Off if said.is_none_or(|said| said == Says::Stuck) => Phase::Clearing(0),
+            Phase::Off if said.is_none_or(|said| said == Says::NeedsReset) => Phase::Clearing(0),
             Phase::Off => Phase::Starting(0),
             phase => phase,
         };

@@ -39,28 +39,28 @@ impl Angle {
     /// Returns the angle in `rad`, from -π to below π.
     #[inline]
     #[must_use]
-    pub fn rad(self) -> f32 {
+    pub fn to_rad(self) -> f32 {
         self.0.cast_signed() as f32 * (PI / HALF_TURN)
     }
 
     /// Returns the angle plus `angle_rad`, -π to π.
     #[inline]
     #[must_use]
-    pub fn plus_rad(self, angle_rad: f32) -> Self {
+    pub fn add_rad(self, angle_rad: f32) -> Self {
         Self(self.0.wrapping_add(Self::from_rad(angle_rad).0))
     }
 
     /// Returns the difference `self - other`.
     #[inline]
     #[must_use]
-    pub fn minus(self, other: Self) -> Self {
+    pub fn wrapping_sub(self, other: Self) -> Self {
         Self(self.0.wrapping_sub(other.0))
     }
 
     /// Returns the electrical angle for a number of pole pairs.
     #[inline]
     #[must_use]
-    pub fn times(self, pole_pairs: u8) -> Self {
+    pub fn to_electrical(self, pole_pairs: u8) -> Self {
         Self(self.0.wrapping_mul(u32::from(pole_pairs)))
     }
 
@@ -69,7 +69,7 @@ impl Angle {
     #[must_use]
     pub fn sin_cos(self) -> (f32, f32) {
         let quarter = self.0.wrapping_add(1 << 29) >> 30;
-        let (sin, cos) = sin_cos_near_zero(Self(self.0.wrapping_sub(quarter << 30)).rad());
+        let (sin, cos) = sin_cos_near_zero(Self(self.0.wrapping_sub(quarter << 30)).to_rad());
         match quarter & 3 {
             0 => (sin, cos),
             1 => (cos, -sin),
@@ -118,11 +118,11 @@ mod tests {
         assert_eq!(Angle::from_counts(1024, 4096), Angle(1 << 30));
         assert_eq!(Angle::from_counts(4096 + 1024, 4096), Angle(1 << 30));
         assert_eq!(Angle::from_counts(3, 0), Angle(0));
-        assert!(Angle(3 << 30).plus_rad(PI).minus(Angle(1 << 30)).rad().abs() < 1e-6);
-        assert!((Angle(u32::MAX).times(7).rad()).abs() < 1e-7);
+        assert!(Angle(3 << 30).add_rad(PI).wrapping_sub(Angle(1 << 30)).to_rad().abs() < 1e-6);
+        assert!((Angle(u32::MAX).to_electrical(7).to_rad()).abs() < 1e-7);
         for degrees in -179..180_i16 {
             let angle_rad = f32::from(degrees).to_radians();
-            assert!((Angle::from_rad(angle_rad).rad() - angle_rad).abs() < 1e-6, "{degrees}");
+            assert!((Angle::from_rad(angle_rad).to_rad() - angle_rad).abs() < 1e-6, "{degrees}");
         }
         assert_eq!(Angle::from_rad(f32::NAN), Angle(0));
     }

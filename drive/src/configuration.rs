@@ -182,9 +182,9 @@ impl Encoder {
 
 /// A validated configuration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Checked(Configuration);
+pub struct ValidConfiguration(Configuration);
 
-impl Checked {
+impl ValidConfiguration {
     /// Returns the configuration.
     #[must_use]
     pub const fn get(&self) -> &Configuration {
@@ -225,12 +225,12 @@ impl Configuration {
         }
     }
 
-    /// Validates the configuration and returns a [`Checked`], from which drives are created without another check. A
+    /// Validates the configuration and returns a [`ValidConfiguration`], from which drives are created without another check. A
     /// constant is validated at compile time.
     ///
     /// # Errors
     /// Returns the first value out of range.
-    pub const fn checked(&self) -> Result<Checked, ConfigurationError> {
+    pub const fn checked(&self) -> Result<ValidConfiguration, ConfigurationError> {
         let Self { motor, joint, limits, inverter, .. } = self;
         require!(self.motor.resistance_ohm, is_positive(motor.resistance_ohm), "above 0");
         require!(self.motor.direct_inductance_h, is_positive(motor.direct_inductance_h), "above 0");
@@ -287,6 +287,6 @@ impl Configuration {
         require!(self.inverter.dead_time_share, 0.0 <= dead_time && dead_time <= 0.2, "0 to 0.2");
         require!(self.inverter.dead_time_current_a, is_positive(inverter.dead_time_current_a), "above 0");
         require!(self.inverter.max_duty, 0.6 <= inverter.max_duty && inverter.max_duty <= 1.0, "0.6 to 1");
-        Ok(Checked(*self))
+        Ok(ValidConfiguration(*self))
     }
 }

@@ -18,7 +18,7 @@
 //! motor voltage.
 
 use crate::configuration::{Configuration, Inverter, Motor};
-use crate::modulation::Supply;
+use crate::modulation::SupplyRange;
 use crate::number::within;
 use crate::vector::Dq;
 
@@ -83,14 +83,14 @@ impl CurrentController {
     /// the d-axis current is nearly 0.
     #[inline]
     #[must_use]
-    pub fn unexpected_direct_v(&self, direct_a: f32) -> f32 {
+    pub fn d_axis_residual_v(&self, direct_a: f32) -> f32 {
         self.integral_v.d - self.motor.resistance_ohm * direct_a
     }
 
     /// Returns the voltage for the next period, `V`, limited by the supply, from currents in `A` and the electrical
     /// speed.
     #[must_use]
-    pub fn step(&mut self, wanted_a: Dq, is_a: Dq, electrical_rad_per_s: f32, supply: &Supply) -> Dq {
+    pub fn step(&mut self, wanted_a: Dq, is_a: Dq, electrical_rad_per_s: f32, supply: &SupplyRange) -> Dq {
         let Motor { direct_inductance_h, quadrature_inductance_h, flux_linkage_vs, .. } = self.motor;
         let error_a = Dq { d: wanted_a.d - is_a.d, q: wanted_a.q - is_a.q };
         let coupling_d_v = -electrical_rad_per_s * quadrature_inductance_h * is_a.q;
@@ -99,7 +99,7 @@ impl CurrentController {
             d: self.direct.proportional_ohm * error_a.d + self.integral_v.d + coupling_d_v,
             q: self.quadrature.proportional_ohm * error_a.q + self.integral_v.q + coupling_q_v,
         };
-        let given_v = within_circle(asked_v, supply.max_v, supply.per_max_v);
+        let given_v = within_circle(asked_v, supply.max_v, supply.inverse_max_v);
         self.integral_v = Dq {
             d: self.direct.integrate(self.integral_v.d, error_a.d, asked_v.d - given_v.d),
             q: self.quadrature.integrate(self.integral_v.q, error_a.q, asked_v.q - given_v.q),

@@ -6,15 +6,16 @@ use dimsart_core::DriveFault;
 
 use crate::Angle;
 use crate::configuration::{
-    Checked, Configuration, ConfigurationError, Inverter, Motor, PERIODS_TO_VOLTAGE, TRACKING_RAD_PER_S,
+    Configuration, ConfigurationError, Inverter, Motor, PERIODS_TO_VOLTAGE, TRACKING_RAD_PER_S,
+    ValidConfiguration,
 };
 use crate::current_controller::CurrentController;
 use crate::modulation::{Duties, Modulation};
 use crate::number::{smaller, within};
 use crate::protection::Protection;
 use crate::sample::{Rotor, Sample};
-use crate::tracking::Tracking;
-use crate::vector::{Dq, Stator, Turn};
+use crate::tracking::AngleObserver;
+use crate::vector::{AlphaBeta, Dq, Rotation};
 
 /// Settling time of the observer; the bridge stays off meanwhile.
 const SETTLED_S: f32 = 5.0 / TRACKING_RAD_PER_S;
@@ -32,7 +33,7 @@ pub struct Drive {
     /// Age of the encoder angle relative to the currents, `s`.
     encoder_age_s: f32,
     period_s: f32,
-    tracking: Tracking,
+    tracking: AngleObserver,
     controller: CurrentController,
     modulation: Modulation,
     protection: Protection,
@@ -69,13 +70,13 @@ impl Drive {
     /// # Errors
     /// Returns [`ConfigurationError`] with the first value out of range.
     pub fn new(configuration: &Configuration) -> Result<Self, ConfigurationError> {
-        Ok(Self::from_checked(&configuration.checked()?))
+        Ok(Self::from_valid(&configuration.checked()?))
     }
 
     /// Creates a drive that is off, from a validated configuration.
     #[inline]
     #[must_use]
-    pub fn from_checked(configuration: &Checked) -> Self {
+    pub fn from_valid(configuration: &ValidConfiguration) -> Self {
         let configuration = configuration.get();
         let Configuration { motor, inverter: Inverter { period_s, .. }, .. } = *configuration;
         let pole_pairs = f32::from(motor.pole_pairs);
@@ -86,7 +87,7 @@ impl Drive {
             ahead_s: PERIODS_TO_VOLTAGE * period_s * pole_pairs,
             encoder_age_s: 0.0,
             period_s,
-            tracking: Tracking::new(period_s, TRACKING_RAD_PER_S),
+            tracking: AngleObserver::new(period_s, TRACKING_RAD_PER_S),
             controller: CurrentController::new(configuration),
             modulation: Modulation::new(configuration),
             protection: Protection::new(configuration),
@@ -101,7 +102,7 @@ impl Drive {
 
     /// Sets the age of each encoder angle relative to the currents sampled with it, at most ten periods.
     #[must_use]
-    pub fn with_encoder_age(self, age_s: f32) -> Self {
+    pub fn with_encoder_latency(self, age_s: f32) -> Self {
         Self { encoder_age_s: age_s, ..self }
     }
 
@@ -121,9 +122,9 @@ impl Drive {
         self.track(sample.rotor);
         self.protection.look(sample);
         let speed_rad_per_s = self.tracking.speed_rad_per_s();
-        let electrical = self.angle().minus(self.offset).times(self.motor.pole_pairs);
-        let now = Turn::to(electrical);
-        self.current_a = now.park(Stator::from_phases(sample.phase_a));
+        let electrical = self.angle().wrapping_sub(self.offset).to_electrical(self.motor.pole_pairs);
+        let now = Rotation::from_angle(electrical);
+        self.current_a = now.park(AlphaBeta::from_phases(sample.phase_a));
         let supply = self.modulation.supply(sample.bus_v);
         // Before settling, a single encoder count is a high speed.
         let has_settled = self.seen_s > Some(SETTLED_S);
@@ -135,7 +136,7 @@ impl Drive {
                 self.protection.weigh(q, angle, speed_rad_per_s, held_rad_per_s);
             } else if self.is_on {
                 let (unexpected_v, pole_pairs) =
-                    (self.controller.unexpected_direct_v(d), f32::from(self.motor.pole_pairs));
+                    (self.controller.d_axis_residual_v(d), f32::from(self.motor.pole_pairs));
                 self.protection.watch(q);
                 self.protection.feel(unexpected_v, q, speed_rad_per_s, pole_pairs, sample.bus_v);
             }
@@ -161,7 +162,7 @@ impl Drive {
             &supply,
         );
         // Rotor angle while the voltage is applied.
-        let ahead = now.rotated(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
+        let ahead = now.advanced_by(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
         Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark_q(wanted_a), &supply))
     }
 
@@ -192,14 +193,14 @@ impl Drive {
     /// Returns the rotor angle at the time of the current samples.
     #[inline]
     fn angle(&self) -> Angle {
-        self.tracking.angle().plus_rad(self.encoder_age_s * self.tracking.speed_rad_per_s())
+        self.tracking.angle().add_rad(self.encoder_age_s * self.tracking.speed_rad_per_s())
     }
 
     /// Updates the observer. Two consistent readings initialise angle and speed; an inconsistent reading before the
     /// observer has settled restarts it.
     #[inline]
     fn track(&mut self, rotor: Rotor) {
-        let Rotor::At(angle) = rotor else {
+        let Rotor::Angle(angle) = rotor else {
             // Extrapolate at the last speed.
             let _ = self.protection.believe(rotor, 0.0);
             if self.protection.has_lost_rotor() {
@@ -207,7 +208,7 @@ impl Drive {
             }
             return self.tracking.step(0.0);
         };
-        let angle = if self.motor.is_encoder_reversed { Angle(0).minus(angle) } else { angle };
+        let angle = if self.motor.is_encoder_reversed { Angle(0).wrapping_sub(angle) } else { angle };
         let Some(seen_s) = self.seen_s else {
             self.tracking.begin(angle, 0.0);
             self.seen_s = Some(0.0);

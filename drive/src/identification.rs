@@ -15,12 +15,12 @@ mod turning;
 
 use dimsart_core::DriveFault;
 
-use crate::configuration::{Checked, Configuration, ConfigurationError};
+use crate::configuration::{Configuration, ConfigurationError, ValidConfiguration};
 use crate::modulation::{Duties, Modulation};
 use crate::number::{larger, within};
 use crate::protection::Protection;
 use crate::sample::{Rotor, Sample};
-use crate::vector::{Dq, Stator, Turn};
+use crate::vector::{AlphaBeta, Dq, Rotation};
 use resting::{Rest, Resting};
 use shaking::{Axis, Shaking};
 use turning::Turning;
@@ -40,7 +40,7 @@ const RESERVE: f32 = 1.5;
 
 /// Identified values.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Identified {
+pub struct MotorEstimate {
     /// Phase resistance `R`, `ohm`.
     pub resistance_ohm: f32,
     /// d-axis inductance `L_d`, `H`.
@@ -90,7 +90,7 @@ pub enum IdentificationStep {
     /// In progress, with the duty cycles for the next period.
     Running(Duties),
     /// Finished; the bridge must be off. Further steps return the same result.
-    Finished(Result<Identified, IdentificationError>),
+    Finished(Result<MotorEstimate, IdentificationError>),
 }
 
 /// Stage of the identification.
@@ -99,7 +99,7 @@ enum Stage {
     Resting(Resting),
     Shaking(Shaking),
     Turning(Turning),
-    Over(Result<Identified, IdentificationError>),
+    Over(Result<MotorEstimate, IdentificationError>),
 }
 
 /// An identification in progress.
@@ -111,7 +111,7 @@ pub struct Identification {
     modulation: Modulation,
     protection: Protection,
     stage: Stage,
-    found: Identified,
+    found: MotorEstimate,
     /// Voltage of the current.
     held_v: f32,
 }
@@ -133,19 +133,19 @@ impl Identification {
     /// Starts an identification as [`new`](Self::new), with a validated configuration; clamps the current to its limit.
     #[inline]
     #[must_use]
-    pub fn with_inductances(configuration: &Checked, current_a: f32) -> Self {
+    pub fn with_inductances(configuration: &ValidConfiguration, current_a: f32) -> Self {
         Self::begin(configuration, current_a, true)
     }
 
     /// Starts an identification as [`with_inductances`](Self::with_inductances) without the inductances.
     #[inline]
     #[must_use]
-    pub fn offset_only(configuration: &Checked, current_a: f32) -> Self {
+    pub fn with_offset_only(configuration: &ValidConfiguration, current_a: f32) -> Self {
         Self::begin(configuration, current_a, false)
     }
 
     #[inline]
-    fn begin(configuration: &Checked, current_a: f32, finds_inductances: bool) -> Self {
+    fn begin(configuration: &ValidConfiguration, current_a: f32, finds_inductances: bool) -> Self {
         let configuration = configuration.get();
         let current_a = within(current_a, configuration.limits.current_a);
         let needed_a = MIN_SHARE * configuration.inverter.dead_time_current_a;
@@ -160,7 +160,7 @@ impl Identification {
                 true => Stage::Over(Err(IdentificationError::TooLittleCurrent { needed_a })),
                 false => Stage::Resting(Resting::new(current_a, period_s)),
             },
-            found: Identified::default(),
+            found: MotorEstimate::default(),
             held_v: 0.0,
         }
     }
@@ -180,10 +180,10 @@ impl Identification {
             None => self.voltage(sample, supply.max_v),
         };
         let within =
-            |Stator { alpha, beta }: Stator| alpha * alpha + beta * beta <= supply.max_v * supply.max_v;
+            |AlphaBeta { alpha, beta }: AlphaBeta| alpha * alpha + beta * beta <= supply.max_v * supply.max_v;
         let end = match voltage_v {
             Ok(Some(voltage_v)) if within(voltage_v) => {
-                let duties = self.modulation.duties(voltage_v, Stator::default(), &supply);
+                let duties = self.modulation.duties(voltage_v, AlphaBeta::default(), &supply);
                 return IdentificationStep::Running(duties);
             }
             // The supply voltage has dropped below the voltage needed.
@@ -197,7 +197,7 @@ impl Identification {
 
     /// Returns the voltage for the next period, `V`; `None` when finished.
     #[inline]
-    fn voltage(&mut self, sample: &Sample, max_v: f32) -> Result<Option<Stator>, IdentificationError> {
+    fn voltage(&mut self, sample: &Sample, max_v: f32) -> Result<Option<AlphaBeta>, IdentificationError> {
         if sample.phase_a.iter().any(|phase_a| phase_a.abs() > MAX_SHARE * self.current_a) {
             let dead_time_a = self.held_v / self.found.resistance_ohm - self.current_a;
             return Err(IdentificationError::too_little(larger(
@@ -205,7 +205,7 @@ impl Identification {
                 self.current_a,
             )));
         }
-        let is_a = Stator::from_phases(sample.phase_a);
+        let is_a = AlphaBeta::from_phases(sample.phase_a);
         let (current_a, period_s) = (self.current_a, self.period_s);
         let (voltage_v, next) = match &mut self.stage {
             Stage::Resting(resting) => {
@@ -236,8 +236,8 @@ impl Identification {
             }
             Stage::Turning(turning) => {
                 let angle = match sample.rotor {
-                    Rotor::At(angle) => Some(angle),
-                    Rotor::Awaited | Rotor::Lost | Rotor::BadMagnet => None,
+                    Rotor::Angle(angle) => Some(angle),
+                    Rotor::NotSampled | Rotor::Lost | Rotor::BadMagnet => None,
                 };
                 let (place, done) = turning.step(angle)?;
                 if let Some(turned) = done {
@@ -246,7 +246,7 @@ impl Identification {
                     self.found.is_encoder_reversed = turned.is_reversed;
                     return Ok(None);
                 }
-                (Turn::to(place).unpark(Dq { d: self.held_v, q: 0.0 }), None)
+                (Rotation::from_angle(place).unpark(Dq { d: self.held_v, q: 0.0 }), None)
             }
             Stage::Over(_) => return Ok(None),
         };

@@ -32,7 +32,7 @@
 //!     inverter: Inverter { period_s: 50e-6, dead_time_share: 0.02, dead_time_current_a: 0.2, max_duty: 0.95 },
 //! })?;
 //! // Once per period, with the sample and the torque commanded by the tick.
-//! let rotor = Rotor::At(Angle::from_counts(1_000, 4_096));
+//! let rotor = Rotor::Angle(Angle::from_counts(1_000, 4_096));
 //! let sample = Sample { phase_a: [0.0; 3], bus_v: 24.0, temperature_c: 25.0, rotor };
 //! for _ in 0..100 {
 //!     match drive.step(&sample, Some(0.5)) {
@@ -76,14 +76,14 @@ pub use cia402::{
     Cia402Node, Cia402Reading, Cia402Settings, Cia402State,
 };
 pub use configuration::{
-    Checked, Configuration, ConfigurationError, Encoder, Inverter, Joint, Limits, Motor,
+    Configuration, ConfigurationError, Encoder, Inverter, Joint, Limits, Motor, ValidConfiguration,
 };
 pub use current_controller::CurrentController;
 pub use drive::{Drive, Measured};
 pub use encoder::{As5047p, As5600, Mt6701};
-pub use identification::{Identification, IdentificationError, IdentificationStep, Identified};
+pub use identification::{Identification, IdentificationError, IdentificationStep, MotorEstimate};
 pub use joint_fault::JointFault;
-pub use modulation::{Duties, Modulation, Supply};
+pub use modulation::{Duties, Modulation, SupplyRange};
 pub use moteus::{
     MoteusAddress, MoteusFault, MoteusFrame, MoteusJoint, MoteusJointFault, MoteusMode, MoteusReading,
     MoteusReplyError, MoteusState,
@@ -91,5 +91,5 @@ pub use moteus::{
 pub use protection::Protection;
 pub use reading::DriveReading;
 pub use sample::{Rotor, Sample};
-pub use tracking::Tracking;
-pub use vector::{Dq, Stator, Turn};
+pub use tracking::AngleObserver;
+pub use vector::{AlphaBeta, Dq, Rotation};

@@ -10,7 +10,7 @@
 
 use crate::configuration::{Configuration, Inverter};
 use crate::number::{larger, smaller, within};
-use crate::vector::{FRAC_1_SQRT_3, Stator};
+use crate::vector::{AlphaBeta, FRAC_1_SQRT_3};
 
 /// Duty cycles of the upper switches of the half bridges U, V, W, 0 to 1.
 pub type Duties = [f32; 3];
@@ -27,13 +27,13 @@ pub struct Modulation {
 
 /// Voltage range of a supply.
 #[derive(Debug, Clone, Copy)]
-pub struct Supply {
+pub struct SupplyRange {
     /// `1/V`.
-    pub per_bus_v: f32,
+    pub inverse_bus_v: f32,
     /// Maximum voltage in any direction, `V`.
     pub max_v: f32,
     /// `1 / max_v`.
-    pub per_max_v: f32,
+    pub inverse_max_v: f32,
 }
 
 impl Modulation {
@@ -54,22 +54,26 @@ impl Modulation {
     /// Returns the voltage range for `bus_v`, > 0.
     #[inline]
     #[must_use]
-    pub fn supply(&self, bus_v: f32) -> Supply {
-        let per_bus_v = 1.0 / bus_v;
-        Supply { per_bus_v, max_v: self.radius_share * bus_v, per_max_v: self.per_radius_share * per_bus_v }
+    pub fn supply(&self, bus_v: f32) -> SupplyRange {
+        let inverse_bus_v = 1.0 / bus_v;
+        SupplyRange {
+            inverse_bus_v,
+            max_v: self.radius_share * bus_v,
+            inverse_max_v: self.per_radius_share * inverse_bus_v,
+        }
     }
 
-    /// Returns the duty cycles for a voltage up to [`Supply::max_v`], `V`, with the reference current `wanted_a` for
+    /// Returns the duty cycles for a voltage up to [`SupplyRange::max_v`], `V`, with the reference current `wanted_a` for
     /// dead-time compensation. They are within range without clamping.
     #[inline]
     #[must_use]
-    pub fn duties(&self, voltage_v: Stator, wanted_a: Stator, supply: &Supply) -> Duties {
-        let [u, v, w] = voltage_v.phases();
+    pub fn duties(&self, voltage_v: AlphaBeta, wanted_a: AlphaBeta, supply: &SupplyRange) -> Duties {
+        let [u, v, w] = voltage_v.to_phases();
         let centre_v = 0.5 * (larger(larger(u, v), w) + smaller(smaller(u, v), w));
-        let half = 0.5 - supply.per_bus_v * centre_v;
-        let [a, b, c] = wanted_a.times(self.dead_time_per_a).phases();
+        let half = 0.5 - supply.inverse_bus_v * centre_v;
+        let [a, b, c] = wanted_a.scaled(self.dead_time_per_a).to_phases();
         let lost = |share| within(share, self.dead_time_share);
-        let duty = |phase_v, share| half + supply.per_bus_v * phase_v + lost(share);
+        let duty = |phase_v, share| half + supply.inverse_bus_v * phase_v + lost(share);
         // Unrolled: a loop takes 50 % longer.
         [duty(u, a), duty(v, b), duty(w, c)]
     }

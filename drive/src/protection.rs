@@ -142,12 +142,12 @@ impl Protection {
     #[inline]
     pub(crate) fn believe(&mut self, rotor: Rotor, prediction_error_rad: f32) -> Option<f32> {
         let found = match rotor {
-            Rotor::At(_) if prediction_error_rad.abs() <= self.max_surprise_rad => {
+            Rotor::Angle(_) if prediction_error_rad.abs() <= self.max_surprise_rad => {
                 self.bad_readings = self.bad_readings.saturating_sub(1);
                 return Some(prediction_error_rad);
             }
-            Rotor::At(_) => DriveFault::EncoderJumped,
-            Rotor::Awaited => return None,
+            Rotor::Angle(_) => DriveFault::EncoderJumped,
+            Rotor::NotSampled => return None,
             Rotor::Lost => DriveFault::EncoderLost,
             Rotor::BadMagnet => DriveFault::EncoderMagnet,
         };
@@ -177,7 +177,7 @@ impl Protection {
         if self.stalled_s > self.limits.stall_s {
             self.note(DriveFault::Stalled);
         }
-        if angle.minus(self.held_at).rad().abs() > self.held_rad {
+        if angle.wrapping_sub(self.held_at).to_rad().abs() > self.held_rad {
             self.held_at = angle;
             self.stalled_s *= 0.5;
         }

@@ -2,9 +2,9 @@
 
 use crate::JointFault;
 
-/// Reading of a joint in a tick; all NaN without data. `Trouble` is the fault type of the drive.
+/// Reading of a joint in a tick; all NaN without data. `Fault` is the fault type of the drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DriveReading<Trouble = JointFault> {
+pub struct DriveReading<Fault = JointFault> {
     /// Position of the output, `rad`, not wrapped.
     pub position_rad: f32,
     /// Velocity of the output, `rad/s`.
@@ -16,10 +16,10 @@ pub struct DriveReading<Trouble = JointFault> {
     /// Temperature of the drive, `°C`.
     pub temperature_c: f32,
     /// Fault or active limit.
-    pub trouble: Option<Trouble>,
+    pub fault: Option<Fault>,
 }
 
-impl<Trouble> DriveReading<Trouble> {
+impl<Fault> DriveReading<Fault> {
     /// Reading without data.
     pub(crate) const NOTHING: Self = Self {
         position_rad: f32::NAN,
@@ -27,24 +27,24 @@ impl<Trouble> DriveReading<Trouble> {
         torque_nm: f32::NAN,
         voltage_v: f32::NAN,
         temperature_c: f32::NAN,
-        trouble: None,
+        fault: None,
     };
 }
 
-impl<Trouble: Copy + Into<u32>> DriveReading<Trouble> {
+impl<Fault: Copy + Into<u32>> DriveReading<Fault> {
     /// Returns the fault number in a signal; 0 for none.
     #[must_use]
     pub fn fault(&self) -> f32 {
-        self.trouble.map_or(0.0, |trouble| trouble.into() as f32)
+        self.fault.map_or(0.0, |fault| fault.into() as f32)
     }
 }
 
-impl<Trouble: Into<JointFault>> DriveReading<Trouble> {
+impl<Fault: Into<JointFault>> DriveReading<Fault> {
     /// Converts to a reading independent of the drive type.
     #[must_use]
     pub fn into_drive_reading(self) -> DriveReading {
-        let Self { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, trouble } = self;
-        let trouble = trouble.map(Into::into);
-        DriveReading { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, trouble }
+        let Self { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, fault } = self;
+        let fault = fault.map(Into::into);
+        DriveReading { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, fault }
     }
 }

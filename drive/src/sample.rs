@@ -19,9 +19,9 @@ pub struct Sample {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rotor {
     /// Valid mechanical angle.
-    At(Angle),
+    Angle(Angle),
     /// No reading in this period: the encoder is read less often.
-    Awaited,
+    NotSampled,
     /// No or corrupted response.
     Lost,
     /// Magnet too weak, too strong or missing.

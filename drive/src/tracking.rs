@@ -7,7 +7,7 @@ use crate::Angle;
 
 /// Angle and speed observer.
 #[derive(Debug, Clone)]
-pub struct Tracking {
+pub struct AngleObserver {
     period_s: f32,
     angle_gain: f32,
     /// Speed gain, 1/s.
@@ -18,7 +18,7 @@ pub struct Tracking {
     expected: Angle,
 }
 
-impl Tracking {
+impl AngleObserver {
     /// Creates an observer with period `period_s` and poles at `bandwidth_rad_per_s`, well below `1/period_s`; at rest
     /// at angle 0.
     #[inline]
@@ -39,22 +39,22 @@ impl Tracking {
     pub fn begin(&mut self, angle: Angle, moved_rad: f32) {
         self.angle = angle;
         self.speed_rad_per_s = moved_rad / self.period_s;
-        self.expected = angle.plus_rad(moved_rad);
+        self.expected = angle.add_rad(moved_rad);
     }
 
     /// Returns the difference of a measured angle from the prediction, `rad`.
     #[inline]
     #[must_use]
     pub fn prediction_error_rad(&self, measured: Angle) -> f32 {
-        measured.minus(self.expected).rad()
+        measured.wrapping_sub(self.expected).to_rad()
     }
 
     /// Advances one period with the prediction error; 0 without a measurement.
     #[inline]
     pub fn step(&mut self, prediction_error_rad: f32) {
-        self.angle = self.expected.plus_rad(self.angle_gain * prediction_error_rad);
+        self.angle = self.expected.add_rad(self.angle_gain * prediction_error_rad);
         self.speed_rad_per_s += self.speed_gain * prediction_error_rad;
-        self.expected = self.angle.plus_rad(self.speed_rad_per_s * self.period_s);
+        self.expected = self.angle.add_rad(self.speed_rad_per_s * self.period_s);
     }
 
     /// Returns the angle of the last step.
@@ -84,7 +84,7 @@ mod tests {
     const BANDWIDTH: f32 = 2_000.0;
 
     fn follow(angle_rad: impl Fn(f64) -> f64, counts: u32, periods: u32) -> (f32, f32) {
-        let mut tracking = Tracking::new(PERIOD_S, BANDWIDTH);
+        let mut tracking = AngleObserver::new(PERIOD_S, BANDWIDTH);
         for period in 0..periods {
             let turns = angle_rad(f64::from(period) * f64::from(PERIOD_S)) / core::f64::consts::TAU;
             #[expect(clippy::cast_sign_loss, reason = "a turn has few counts")]
@@ -93,9 +93,9 @@ mod tests {
             tracking.step(prediction_error_rad);
         }
         let last = angle_rad(f64::from(periods - 1) * f64::from(PERIOD_S));
-        let exact = Angle(0).plus_rad(last.rem_euclid(core::f64::consts::TAU) as f32 / 2.0);
-        let exact = exact.plus_rad(last.rem_euclid(core::f64::consts::TAU) as f32 / 2.0);
-        (tracking.angle().minus(exact).rad(), tracking.speed_rad_per_s())
+        let exact = Angle(0).add_rad(last.rem_euclid(core::f64::consts::TAU) as f32 / 2.0);
+        let exact = exact.add_rad(last.rem_euclid(core::f64::consts::TAU) as f32 / 2.0);
+        (tracking.angle().wrapping_sub(exact).to_rad(), tracking.speed_rad_per_s())
     }
 
     #[test]

@@ -9,7 +9,7 @@ const FRAC_SQRT_3_2: f32 = 0.866_025_4;
 
 /// Vector in the stator frame: `alpha` along phase U, `beta` a quarter of an electrical turn ahead.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Stator {
+pub struct AlphaBeta {
     /// Component along phase U.
     pub alpha: f32,
     /// Component a quarter of an electrical turn ahead.
@@ -27,12 +27,12 @@ pub struct Dq {
 
 /// Sine and cosine of the angle between stator and rotor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turn {
+pub struct Rotation {
     sin: f32,
     cos: f32,
 }
 
-impl Stator {
+impl AlphaBeta {
     /// Converts from three phases (Clarke); drops the common mode.
     #[inline]
     #[must_use]
@@ -43,24 +43,24 @@ impl Stator {
     /// Scales the vector.
     #[inline]
     #[must_use]
-    pub fn times(self, factor: f32) -> Self {
+    pub fn scaled(self, factor: f32) -> Self {
         Self { alpha: factor * self.alpha, beta: factor * self.beta }
     }
 
     /// Converts to three phases, whose sum is 0.
     #[inline]
     #[must_use]
-    pub fn phases(self) -> [f32; 3] {
+    pub fn to_phases(self) -> [f32; 3] {
         let (half, side) = (-0.5 * self.alpha, FRAC_SQRT_3_2 * self.beta);
         [self.alpha, half + side, half - side]
     }
 }
 
-impl Turn {
+impl Rotation {
     /// Creates the rotation to an electrical angle.
     #[inline]
     #[must_use]
-    pub fn to(angle: Angle) -> Self {
+    pub fn from_angle(angle: Angle) -> Self {
         let (sin, cos) = angle.sin_cos();
         Self { sin, cos }
     }
@@ -68,7 +68,7 @@ impl Turn {
     /// Rotates further by `angle_rad`, within ±π/4 electrical `rad`.
     #[inline]
     #[must_use]
-    pub fn rotated(self, angle_rad: f32) -> Self {
+    pub fn advanced_by(self, angle_rad: f32) -> Self {
         let (sin, cos) = sin_cos_near_zero(angle_rad);
         Self { sin: self.sin * cos + self.cos * sin, cos: self.cos * cos - self.sin * sin }
     }
@@ -76,22 +76,22 @@ impl Turn {
     /// Converts to the rotor frame (Park).
     #[inline]
     #[must_use]
-    pub fn park(self, Stator { alpha, beta }: Stator) -> Dq {
+    pub fn park(self, AlphaBeta { alpha, beta }: AlphaBeta) -> Dq {
         Dq { d: alpha * self.cos + beta * self.sin, q: beta * self.cos - alpha * self.sin }
     }
 
     /// Converts from the rotor frame (inverse Park).
     #[inline]
     #[must_use]
-    pub fn unpark(self, Dq { d, q }: Dq) -> Stator {
-        Stator { alpha: d * self.cos - q * self.sin, beta: d * self.sin + q * self.cos }
+    pub fn unpark(self, Dq { d, q }: Dq) -> AlphaBeta {
+        AlphaBeta { alpha: d * self.cos - q * self.sin, beta: d * self.sin + q * self.cos }
     }
 
     /// Converts from the rotor frame, for `d = 0`.
     #[inline]
     #[must_use]
-    pub fn unpark_q(self, q: f32) -> Stator {
-        Stator { alpha: -q * self.sin, beta: q * self.cos }
+    pub fn unpark_q(self, q: f32) -> AlphaBeta {
+        AlphaBeta { alpha: -q * self.sin, beta: q * self.cos }
     }
 }
 
@@ -106,11 +106,14 @@ mod tests {
         for step in 0..360_u16 {
             let angle_rad = f32::from(step).to_radians();
             let phases = [0.0, 1.0, 2.0].map(|phase| 3.0 * (angle_rad - phase * TAU / 3.0).cos());
-            let wrapped = Angle(0).plus_rad(angle_rad / 2.0).plus_rad(angle_rad / 2.0);
-            let Dq { d, q } = Turn::to(wrapped).park(Stator::from_phases(phases));
+            let wrapped = Angle(0).add_rad(angle_rad / 2.0).add_rad(angle_rad / 2.0);
+            let Dq { d, q } = Rotation::from_angle(wrapped).park(AlphaBeta::from_phases(phases));
             assert!((d - 3.0).abs() < 5e-6 && q.abs() < 5e-6, "{step}: {d} {q}");
-            let back = Turn::to(wrapped).unpark(Dq { d, q }).phases();
-            assert_eq!(Turn::to(wrapped).unpark_q(2.0), Turn::to(wrapped).unpark(Dq { d: 0.0, q: 2.0 }));
+            let back = Rotation::from_angle(wrapped).unpark(Dq { d, q }).to_phases();
+            assert_eq!(
+                Rotation::from_angle(wrapped).unpark_q(2.0),
+                Rotation::from_angle(wrapped).unpark(Dq { d: 0.0, q: 2.0 })
+            );
             assert!(phases.iter().zip(back).all(|(one, other)| (one - other).abs() < 1e-5), "{back:?}");
         }
     }

@@ -49,7 +49,7 @@ impl CommandLine {
     /// Encodes the next unsolicited message; returns its length, or 0 if there is none.
     #[inline(never)]
     pub(crate) fn encode_report(&mut self) -> usize {
-        let encoded = match self.reports.take() {
+        let encoded = match self.reports.try_receive() {
             None => return 0,
             Some(Unsolicited::Sample(sample)) => encode_sample(&sample, &mut self.frame),
             Some(Unsolicited::Heartbeat(mut heartbeat)) => {

@@ -8,7 +8,7 @@
 use boards::{Board as _, Selected};
 use dimsart_link::protocol::{DecodeError, Refusal, Request, Response, encode_response};
 use embassy_time::{Duration, Timer};
-use firmware::{LineInput, Next};
+use firmware::{InputEvent, LineInput};
 
 use crate::command_line::{CommandLine, CommandPort, Unsolicited};
 use crate::handover::QueueReceiver;
@@ -34,54 +34,57 @@ pub(crate) async fn serve(
     loop {
         let length = match keys.handshake(&mut line.frame) {
             Some(length) => length,
-            None => match line_input.next(&mut line.port, async || line.reports.ready().await).await {
-                Next::Report => line.encode_report(),
-                Next::Byte(byte) => {
-                    let Some(content) = line.receiver.take(byte) else { continue };
-                    let answer = match keys.take(content) {
-                        Ok((id, request)) => {
-                            tick.id = id;
-                            match request {
-                                // The tick has no schemes, but checks the permission.
-                                Request::Schemes(action) => match who_may_not(tick.ask(request).await) {
-                                    Some(refusal) => Response::Refused(refusal),
-                                    None => schemes.carry_out(action, &mut tick, &mut line).await,
-                                },
-                                Request::Motor(action) => {
-                                    motor.carry_out(action, &mut schemes, &mut tick).await
+            None => {
+                match line_input.next(&mut line.port, async || line.reports.ready_to_receive().await).await {
+                    InputEvent::Report => line.encode_report(),
+                    InputEvent::Byte(byte) => {
+                        let Some(content) = line.receiver.push(byte) else { continue };
+                        let answer = match keys.take(content) {
+                            Ok((id, request)) => {
+                                tick.id = id;
+                                match request {
+                                    // The tick has no schemes, but checks the permission.
+                                    Request::Schemes(action) => match who_may_not(tick.ask(request).await) {
+                                        Some(refusal) => Response::Refused(refusal),
+                                        None => schemes.carry_out(action, &mut tick, &mut line).await,
+                                    },
+                                    Request::Motor(action) => {
+                                        motor.carry_out(action, &mut schemes, &mut tick).await
+                                    }
+                                    Request::Restart => match tick.ask(request).await {
+                                        Response::Refused(Refusal::NotFound) => Response::Restarts,
+                                        refused => refused,
+                                    },
+                                    #[cfg(feature = "auth")]
+                                    Request::Key(action) => {
+                                        let flash = schemes.store.as_mut().map(firmware::SchemeStore::flash);
+                                        keys.carry_out(action, flash, &mut tick).await
+                                    }
+                                    #[cfg(not(feature = "auth"))]
+                                    Request::Key(action) => match action {},
+                                    request => tick.ask(request).await,
                                 }
-                                Request::Restart => match tick.ask(request).await {
-                                    Response::Refused(Refusal::NotFound) => Response::Restarts,
-                                    refused => refused,
-                                },
-                                #[cfg(feature = "auth")]
-                                Request::Key(action) => {
-                                    let flash = schemes.store.as_mut().map(firmware::SchemeStore::flash);
-                                    keys.carry_out(action, flash, &mut tick).await
-                                }
-                                #[cfg(not(feature = "auth"))]
-                                Request::Key(action) => match action {},
-                                request => tick.ask(request).await,
                             }
+                            Err(DecodeError::Unsupported { id }) => {
+                                tick.id = id;
+                                Response::Refused(keys.refusal())
+                            }
+                            Err(DecodeError::UnexpectedClass) => continue,
+                        };
+                        line_input.record_answer();
+                        let length =
+                            encode_response(&answer, tick.id, &mut line.frame).map_or(0, <[u8]>::len);
+                        if matches!(answer, Response::Restarts) {
+                            line.say(length).await;
+                            // Waits until the port has sent the last byte.
+                            Timer::after(LAST_BYTES).await;
+                            Selected::disarm();
+                            Selected::reset();
                         }
-                        Err(DecodeError::NotUnderstood { id }) => {
-                            tick.id = id;
-                            Response::Refused(keys.refusal())
-                        }
-                        Err(DecodeError::OtherClass) => continue,
-                    };
-                    line_input.answered();
-                    let length = encode_response(&answer, tick.id, &mut line.frame).map_or(0, <[u8]>::len);
-                    if matches!(answer, Response::Restarts) {
-                        line.say(length).await;
-                        // Waits until the port has sent the last byte.
-                        Timer::after(LAST_BYTES).await;
-                        Selected::disarm();
-                        Selected::reset();
+                        length
                     }
-                    length
                 }
-            },
+            }
         };
         line.say(length).await;
     }

@@ -10,7 +10,7 @@ use crate::modules::{MODULES, RUNS_PROGRAMS};
 use boards::{Board as _, Limits, Selected};
 use core::mem::MaybeUninit;
 
-use dimsart_core::limits::{MAX_DOF, Sizes};
+use dimsart_core::limits::{Capacities, MAX_DOF};
 use dimsart_core::{
     AxisKind, DeviceDescriptor, Dimsart, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Packet, PacketError,
     TickResult, Word, memory,
@@ -40,8 +40,8 @@ static IMAGE: Image = Image {
 };
 
 /// Capacity of the board; includes programs only if a module can run them.
-const SIZES: Sizes =
-    Sizes { programs: if RUNS_PROGRAMS { Selected::SIZES.programs } else { 0 }, ..Selected::SIZES };
+const SIZES: Capacities =
+    Capacities { programs: if RUNS_PROGRAMS { Selected::SIZES.programs } else { 0 }, ..Selected::SIZES };
 
 /// The controller and its memory. All zero until a device is [connected](connect).
 pub(crate) struct Controller {
@@ -113,7 +113,7 @@ pub(crate) fn connect_with(
     limits: Limits,
 ) -> &'static mut Dimsart {
     let Controller { memory, dimsart } = controller;
-    let dimsart = dimsart.write(Dimsart::unconnected(memory));
+    let dimsart = dimsart.write(Dimsart::without_device(memory));
     let period_s = 1.0 / boards::TICK_HZ as f32;
     let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::outputs(), Selected::INPUTS);
     let device = match Selected::LIMITS {
@@ -134,7 +134,7 @@ pub(crate) fn connect_with(
 /// or the maximum number for bytes of another image.
 #[unsafe(export_name = "dimsart_load")]
 extern "C" fn load(dimsart: &mut Dimsart, scheme: &[u8]) -> u32 {
-    match saved_scheme::load(scheme, saved_scheme::fingerprint_of(stamp().scheme()), dimsart) {
+    match saved_scheme::load(scheme, saved_scheme::saved_fingerprint(stamp().scheme()), dimsart) {
         Ok(()) => 0,
         Err(LoadError::Refused { command, .. }) => u32::from(command) + 1,
         Err(_) => u32::MAX,

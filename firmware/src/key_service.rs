@@ -5,15 +5,15 @@ use core::ops::Range;
 use boards::{Board as _, Selected, Storage};
 use dimsart_link::auth::Key;
 use dimsart_link::protocol::{
-    DecodeError, Gate, GateOutcome, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus,
+    AccessControl, AccessOutcome, DecodeError, KeyAction, KeyBytes, KeyRefusal, LeaseAction, LeaseStatus,
     MAX_FRAME_BYTES, NO_CLIENT, Refusal, Request, Response, StoreError,
 };
 use embassy_futures::block_on;
 use embassy_time::Instant;
-use firmware::{Kept, KeptKey, KeyStore, SEEDS_PER_START, StorageError};
+use firmware::{KeyStore, SEEDS_PER_START, StorageError, StoredKey, StoredKeyState};
 use static_cell::ConstStaticCell;
 
-use crate::handover::{Handover, QueueReceiver, QueueSender};
+use crate::handover::{ItemQueue, QueueReceiver, QueueSender};
 use crate::tick_handover::{Answer, TickHandover};
 
 type Flash = <Selected as boards::Board>::Flash;
@@ -28,7 +28,7 @@ pub(crate) fn now_ms() -> u32 {
 }
 
 /// For the task that authenticates packets: the current key, and a queue of later keys.
-pub(crate) type KeysToTake = (QueueReceiver<Kept>, Kept);
+pub(crate) type KeysToTake = (QueueReceiver<StoredKeyState>, StoredKeyState);
 
 /// The key's range of flash.
 pub(crate) type KeyRange = Range<u32>;
@@ -40,45 +40,45 @@ pub(crate) fn range(storage: &Storage<Flash>) -> KeyRange {
 
 /// Reads the key. Without a storage for keys the board is locked.
 pub(crate) fn start(range: Option<KeyRange>, flash: Option<&mut Flash>) -> (KeyService, KeysToTake) {
-    static KEYS: ConstStaticCell<Handover<Kept, 2>> = ConstStaticCell::new(Handover::new());
+    static KEYS: ConstStaticCell<ItemQueue<StoredKeyState, 2>> = ConstStaticCell::new(ItemQueue::new());
     let (links, keys_to_take) = KEYS.take().split();
     let mut store = range.and_then(KeyStore::new::<Flash>);
     let kept = match (&mut store, flash) {
         (Some(store), Some(flash)) => block_on(store.open(flash)),
-        _ => Kept::Damaged,
+        _ => StoredKeyState::Damaged,
     };
     match kept {
-        Kept::None => defmt::warn!("no key stored: commands are accepted without authentication"),
-        Kept::Key(_) => defmt::info!("key stored: commands need authentication"),
-        Kept::Damaged => {
+        StoredKeyState::None => defmt::warn!("no key stored: commands are accepted without authentication"),
+        StoredKeyState::Key(_) => defmt::info!("key stored: commands need authentication"),
+        StoredKeyState::Damaged => {
             defmt::error!("stored key corrupt, all commands refused: erase and flash the board")
         }
     }
-    (KeyService { store, gate: gate(kept), refusal: Refusal::NotUnderstood, links }, (keys_to_take, kept))
+    (KeyService { store, gate: gate(kept), refusal: Refusal::Unsupported, links }, (keys_to_take, kept))
 }
 
 /// The board's key and the check of requests.
 pub(crate) struct KeyService {
     store: Option<KeyStore>,
-    gate: Gate,
+    gate: AccessControl,
     refusal: Refusal,
     /// To the task that authenticates packets.
-    links: QueueSender<Kept>,
+    links: QueueSender<StoredKeyState>,
 }
 
 impl KeyService {
-    /// Decodes and checks the request in a frame. A [`NotUnderstood`](DecodeError::NotUnderstood) request is
+    /// Decodes and checks the request in a frame. A [`Unsupported`](DecodeError::Unsupported) request is
     /// refused or unknown.
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
-        self.refusal = Refusal::NotUnderstood;
-        match self.gate.take(content) {
-            GateOutcome::Request(id, request) => Ok((id, request)),
-            GateOutcome::Refused(id, refusal) => {
+        self.refusal = Refusal::Unsupported;
+        match self.gate.check(content) {
+            AccessOutcome::Request(id, request) => Ok((id, request)),
+            AccessOutcome::Refused(id, refusal) => {
                 self.refusal = Refusal::Key(refusal);
-                Err(DecodeError::NotUnderstood { id })
+                Err(DecodeError::Unsupported { id })
             }
-            GateOutcome::NotUnderstood(id) => Err(DecodeError::NotUnderstood { id }),
-            GateOutcome::Nothing => Err(DecodeError::OtherClass),
+            AccessOutcome::Unsupported(id) => Err(DecodeError::Unsupported { id }),
+            AccessOutcome::Nothing => Err(DecodeError::UnexpectedClass),
         }
     }
 
@@ -125,24 +125,28 @@ impl KeyService {
             return Err(Refusal::Key(KeyRefusal::InUse));
         }
         let kept = match action {
-            KeyAction::Set { key: KeyBytes(key), salt } => store.set(key, salt, flash).await.map(Kept::Key),
-            KeyAction::Clear => store.clear(flash).await.map(|()| Kept::None),
-            _ => return Err(Refusal::NotUnderstood),
+            KeyAction::Set { key: KeyBytes(key), salt } => {
+                store.set(key, salt, flash).await.map(StoredKeyState::Key)
+            }
+            KeyAction::Clear => store.clear(flash).await.map(|()| StoredKeyState::None),
+            _ => return Err(Refusal::Unsupported),
         };
         let kept = kept.map_err(|StorageError| Refusal::Store(StoreError::Storage))?;
         self.gate = gate(kept);
-        self.links.give(kept);
+        self.links.send(kept);
         // The links use the new key from the response on.
-        self.links.taken().await;
+        self.links.wait_empty().await;
         Ok(())
     }
 }
 
-fn gate(kept: Kept) -> Gate {
+fn gate(kept: StoredKeyState) -> AccessControl {
     match kept {
-        Kept::None => Gate::open(),
-        Kept::Damaged => Gate::damaged(),
-        Kept::Key(KeptKey { key, seed }) => Gate::locked(&Key::new(&key), seed.wrapping_add(SEED)),
+        StoredKeyState::None => AccessControl::open(),
+        StoredKeyState::Damaged => AccessControl::damaged(),
+        StoredKeyState::Key(StoredKey { key, seed }) => {
+            AccessControl::locked(&Key::new(&key), seed.wrapping_add(SEED))
+        }
     }
 }
 

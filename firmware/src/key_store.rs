@@ -38,12 +38,12 @@ const WRITTEN: [u8; WORD_BYTES] = [0; WORD_BYTES];
 /// Half of the bits of a word: a few flipped bits never change a record's validity.
 const HALF_BITS: u32 = 32;
 
-/// Seeds per start: [`KeptKey::seed`] and the following numbers.
+/// Seeds per start: [`StoredKey::seed`] and the following numbers.
 pub const SEEDS_PER_START: u64 = 8;
 
 /// A key, for use since this start.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub struct KeptKey {
+pub struct StoredKey {
     /// The key.
     pub key: [u8; 16],
     /// The first of [`SEEDS_PER_START`] numbers that are unique to this start while the key is stored.
@@ -51,19 +51,19 @@ pub struct KeptKey {
 }
 
 /// The debug output is redacted.
-impl core::fmt::Debug for KeptKey {
+impl core::fmt::Debug for StoredKey {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str("KeptKey(..)")
+        f.write_str("StoredKey(..)")
     }
 }
 
 /// The content of the key storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kept {
+pub enum StoredKeyState {
     /// No key.
     None,
     /// A key.
-    Key(KeptKey),
+    Key(StoredKey),
     /// Unreadable data: no client is accepted.
     Damaged,
 }
@@ -110,12 +110,12 @@ impl KeyStore {
 
     /// Reads the key and counts a start of the board.
     ///
-    /// Returns [`Kept::Damaged`] also if the flash cannot be read or written.
-    pub async fn open<F: NorFlash>(&mut self, flash: &mut F) -> Kept {
-        self.try_open(flash).await.unwrap_or(Kept::Damaged)
+    /// Returns [`StoredKeyState::Damaged`] also if the flash cannot be read or written.
+    pub async fn open<F: NorFlash>(&mut self, flash: &mut F) -> StoredKeyState {
+        self.try_open(flash).await.unwrap_or(StoredKeyState::Damaged)
     }
 
-    async fn try_open<F: NorFlash>(&mut self, flash: &mut F) -> Result<Kept, StorageError> {
+    async fn try_open<F: NorFlash>(&mut self, flash: &mut F) -> Result<StoredKeyState, StorageError> {
         self.current = None;
         let mut is_damaged = false;
         for page in 0..PAGES {
@@ -132,7 +132,7 @@ impl KeyStore {
         }
         // Even with a valid record: the corrupt one may be newer.
         if is_damaged {
-            return Ok(Kept::Damaged);
+            return Ok(StoredKeyState::Damaged);
         }
         // Completes a partial commit, so that later damage cannot change its meaning.
         if let Some((page, _)) = self.current {
@@ -143,10 +143,10 @@ impl KeyStore {
                 self.retire(page, flash).await?;
             }
         }
-        let Some((page, record)) = self.current else { return Ok(Kept::None) };
-        let Some(key) = record.key else { return Ok(Kept::None) };
+        let Some((page, record)) = self.current else { return Ok(StoredKeyState::None) };
+        let Some(key) = record.key else { return Ok(StoredKeyState::None) };
         let starts = self.count_start(page, record, flash).await?;
-        Ok(Kept::Key(KeptKey { key, seed: seed(record.salt, starts) }))
+        Ok(StoredKeyState::Key(StoredKey { key, seed: seed(record.salt, starts) }))
     }
 
     /// Stores a key, replacing the old one. `salt` is a random number, different for every key.
@@ -158,9 +158,9 @@ impl KeyStore {
         key: [u8; 16],
         salt: u64,
         flash: &mut F,
-    ) -> Result<KeptKey, StorageError> {
+    ) -> Result<StoredKey, StorageError> {
         self.replace(Record { key: Some(key), salt, generation: 0, starts: 0 }, flash).await?;
-        Ok(KeptKey { key, seed: seed(salt, 0) })
+        Ok(StoredKey { key, seed: seed(salt, 0) })
     }
 
     /// Deletes the key.

@@ -12,8 +12,8 @@ mod scheme_store;
 mod start;
 mod watchdog;
 
-pub use key_store::{Kept, KeptKey, KeyStore, SEEDS_PER_START};
-pub use line_input::{LineInput, Next};
+pub use key_store::{KeyStore, SEEDS_PER_START, StoredKey, StoredKeyState};
+pub use line_input::{InputEvent, LineInput};
 pub use read_back::StorageError;
 pub use scheme_store::SchemeStore;
 pub use start::start;

@@ -10,7 +10,7 @@ use embedded_io_async::Read;
 
 /// The next event.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Next {
+pub enum InputEvent {
     /// A received byte.
     Byte(u8),
     /// A report of the tick.
@@ -39,24 +39,24 @@ impl LineInput {
     }
 
     /// Waits for the next event; ignores line errors. `report` waits until there is a report.
-    pub async fn next(&mut self, line: &mut impl Read, mut report: impl AsyncFnMut()) -> Next {
+    pub async fn next(&mut self, line: &mut impl Read, mut report: impl AsyncFnMut()) -> InputEvent {
         loop {
             if core::mem::take(&mut self.reports_next) && poll_once(report()).is_ready() {
-                return Next::Report;
+                return InputEvent::Report;
             }
             if let Some(byte) = self.unread.next().and_then(|index| self.bytes.get(index)) {
                 self.reports_next = self.unread.is_empty();
-                return Next::Byte(*byte);
+                return InputEvent::Byte(*byte);
             }
             match select(line.read(&mut self.bytes), report()).await {
                 Either::First(read) => self.unread = 0..read.unwrap_or_default(),
-                Either::Second(()) => return Next::Report,
+                Either::Second(()) => return InputEvent::Report,
             }
         }
     }
 
     /// Records that a request was answered.
-    pub fn answered(&mut self) {
+    pub fn record_answer(&mut self) {
         self.reports_next = true;
     }
 }
@@ -102,12 +102,12 @@ mod tests {
                 pending().await
             }
         })) {
-            Next::Byte(9) => {
-                line_input.answered();
+            InputEvent::Byte(9) => {
+                line_input.record_answer();
                 'A'
             }
-            Next::Byte(_) => 'b',
-            Next::Report => {
+            InputEvent::Byte(_) => 'b',
+            InputEvent::Report => {
                 left -= 1;
                 'R'
             }

@@ -35,17 +35,17 @@ compile_error!(
      run `cargo board b-g431b-esc1,control,teleoperation --no-default-features`"
 );
 
-use boards::{Board as _, Joints as _, Limits, Parts, Selected, handover};
+use boards::{Board as _, BoardParts, Joints as _, Limits, Selected, handover};
 use cortex_m_rt::entry;
 use dimsart_core::Dimsart;
 use dimsart_link::protocol::{MAX_MOTOR_WORDS, MotorReport};
-use dimsart_link::saved_scheme::{MAX_BYTES_WITHOUT_LAWS, MAX_SCHEME_BYTES, fingerprint_of};
+use dimsart_link::saved_scheme::{MAX_BYTES_WITHOUT_LAWS, MAX_SCHEME_BYTES, saved_fingerprint};
 use embassy_futures::block_on;
 use firmware::SchemeStore;
 use static_cell::ConstStaticCell;
 
 use crate::entry_points::{Controller, Frames};
-use crate::handover::Handover;
+use crate::handover::ItemQueue;
 use crate::key_service::{KeyService, KeysToTake};
 use crate::motor_service::MotorService;
 use crate::scheme_service::{SchemeService, Store};
@@ -65,7 +65,7 @@ fn main() -> ! {
 /// A separate function, so that its stack is free before the idle loop. Returns with all interrupts masked.
 #[inline(never)]
 fn start() -> <Selected as boards::Board>::Idle {
-    let Parts { axes, tick, background, mut joints, command_port, link_in, link_out, storage, idle } =
+    let BoardParts { axes, tick, background, mut joints, command_port, link_in, link_out, storage, idle } =
         Selected::start();
     rescue::restore_events();
     static CONTROLLER: ConstStaticCell<Controller> = ConstStaticCell::new(Controller::new());
@@ -80,17 +80,17 @@ fn start() -> <Selected as boards::Board>::Idle {
     stamp::log();
     let (schemes, keys, keys_to_take) = start_scheme(store, stalls_tick, key_range, dimsart);
 
-    static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_link::protocol::Request), 2>> =
-        ConstStaticCell::new(Handover::new());
-    static ANSWERS: ConstStaticCell<Handover<tick_handover::Answer, 2>> =
-        ConstStaticCell::new(Handover::new());
-    static PACKETS_IN: ConstStaticCell<Handover<links::Received, { Selected::PACKETS_PER_TICK + 1 }>> =
-        ConstStaticCell::new(Handover::new());
-    static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { Selected::SIZES.links + 1 }>> =
-        ConstStaticCell::new(Handover::new());
-    static REPORTS: ConstStaticCell<Handover<command_line::Unsolicited, 3>> =
-        ConstStaticCell::new(Handover::new());
-    static STATUS: ConstStaticCell<Handover<telemetry::Status, 3>> = ConstStaticCell::new(Handover::new());
+    static REQUESTS: ConstStaticCell<ItemQueue<(u16, dimsart_link::protocol::Request), 2>> =
+        ConstStaticCell::new(ItemQueue::new());
+    static ANSWERS: ConstStaticCell<ItemQueue<tick_handover::Answer, 2>> =
+        ConstStaticCell::new(ItemQueue::new());
+    static PACKETS_IN: ConstStaticCell<ItemQueue<links::Received, { Selected::PACKETS_PER_TICK + 1 }>> =
+        ConstStaticCell::new(ItemQueue::new());
+    static PACKETS_OUT: ConstStaticCell<ItemQueue<links::Outgoing, { Selected::SIZES.links + 1 }>> =
+        ConstStaticCell::new(ItemQueue::new());
+    static REPORTS: ConstStaticCell<ItemQueue<command_line::Unsolicited, 3>> =
+        ConstStaticCell::new(ItemQueue::new());
+    static STATUS: ConstStaticCell<ItemQueue<telemetry::Status, 3>> = ConstStaticCell::new(ItemQueue::new());
     let (requests, requests_to_take) = REQUESTS.take().split();
     let (answers, answers_to_take) = ANSWERS.take().split();
     let (packets_in, packets_to_take) = PACKETS_IN.take().split();
@@ -154,7 +154,7 @@ fn start_scheme(
         defmt::warn!("fallback scheme: see `dimsart connect`");
     }
     let (keys, keys_to_take) = key_service::start(key_range, store.as_mut().map(SchemeStore::flash));
-    let fingerprint = fingerprint_of(stamp().scheme());
+    let fingerprint = saved_fingerprint(stamp().scheme());
     (SchemeService { store, stalls_tick, status, fingerprint, scheme }, keys, keys_to_take)
 }
 

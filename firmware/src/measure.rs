@@ -43,7 +43,7 @@ impl Measurements {
         let counter = Selected::counter();
         let start = counter.now();
         let tick = dimsart.tick_observed(measured, commanded, self);
-        let counts = counter.since(start);
+        let counts = counter.elapsed_since(start);
         if self.made > 0 {
             self.tick.add(counts);
         }
@@ -117,5 +117,5 @@ fn timed(call: impl FnOnce()) -> u32 {
     compiler_fence(SeqCst);
     call();
     compiler_fence(SeqCst);
-    counter.since(start)
+    counter.elapsed_since(start)
 }

@@ -55,11 +55,12 @@ impl MotorService {
             }
             MotorAction::ReadIdentification => return Response::Identification(Motor::identification()),
             MotorAction::Read => Ok(()),
-            _ => Err(Refusal::NotUnderstood),
+            _ => Err(Refusal::Unsupported),
         };
         match done {
             Ok(()) => {
-                self.report.waits |= matches!(action, MotorAction::Store { .. } | MotorAction::Delete);
+                self.report.is_restart_pending |=
+                    matches!(action, MotorAction::Store { .. } | MotorAction::Delete);
                 Response::Motor(self.report.clone())
             }
             Err(refusal) => Response::Refused(refusal),

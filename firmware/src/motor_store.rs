@@ -32,7 +32,7 @@ impl<F: NorFlash> SchemeStore<F> {
         let (words, _) = bytes.unwrap_or_default().as_chunks::<4>();
         if let Some((layout, words)) = words.split_first() {
             report.layout = u16::try_from(u32::from_le_bytes(*layout)).unwrap_or(u16::MAX);
-            report.is_kept = report.layout != 0;
+            report.is_stored = report.layout != 0;
             report.words.extend(words.iter().take(MAX_MOTOR_WORDS).map(|word| u32::from_le_bytes(*word)));
         }
         report

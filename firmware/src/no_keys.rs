@@ -24,14 +24,14 @@ pub(crate) struct KeyService;
 
 #[expect(clippy::unused_self, reason = "the key service has a state")]
 impl KeyService {
-    /// Decodes the request in a frame. A [`NotUnderstood`](DecodeError::NotUnderstood) request is refused.
+    /// Decodes the request in a frame. A [`Unsupported`](DecodeError::Unsupported) request is refused.
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
         decode_request(content)
     }
 
     /// Returns why the last request was refused.
     pub(crate) fn refusal(&self) -> Refusal {
-        Refusal::NotUnderstood
+        Refusal::Unsupported
     }
 
     /// None.

@@ -66,7 +66,7 @@ impl SchemeService {
             SchemeAction::Confirm => return Err(refused(StoreError::NoTrial)),
             SchemeAction::RollBack => store.roll_back().await,
             SchemeAction::Read => Ok(()),
-            _ => return Err(Refusal::NotUnderstood),
+            _ => return Err(Refusal::Unsupported),
         };
         (self.status.trial, self.status.is_saved) = (store.trial(), store.is_saved());
         result.map_err(|StorageError| refused(StoreError::Storage))
@@ -100,7 +100,7 @@ async fn collect(
     let (mut writer, mut cursor) = (Writer::new(scheme, fingerprint), CommandCursor::default());
     loop {
         line.say_report().await;
-        let (place, index) = cursor.place_and_index();
+        let (place, index) = cursor.next_command_location();
         let answer = tick.ask(Request::SchemeCommand { place, index }).await;
         let is_there = if let Response::SchemeCommand(command) = answer {
             writer.push(&command).map_err(too_long)?;

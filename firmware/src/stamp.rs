@@ -2,13 +2,13 @@
 #![expect(unsafe_code, reason = "a host tool finds the stamp by name and changes it in the image")]
 
 use dimsart_core::Dimsart;
-use dimsart_core::online::OPCODES;
+use dimsart_core::online::OPCODE_COUNT;
 use dimsart_core::stamp::{Stamp, text};
 
 use crate::modules::{COUNT, IDS, RUNS_PROGRAMS};
 
 /// Lines for the tick, module kinds and instructions of laws.
-const LINES: usize = 1 + COUNT + if RUNS_PROGRAMS { OPCODES } else { 0 };
+const LINES: usize = 1 + COUNT + if RUNS_PROGRAMS { OPCODE_COUNT } else { 0 };
 type BoardStamp = Stamp<LINES, COUNT>;
 
 /// The built-in scheme, encoded by the build.

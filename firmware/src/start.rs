@@ -18,7 +18,7 @@ pub async fn start<F: NorFlash>(
     built_in: &[u8],
     dimsart: &mut Dimsart,
 ) -> SchemeStatus {
-    let fingerprint = saved_scheme::fingerprint_of(built_in);
+    let fingerprint = saved_scheme::saved_fingerprint(built_in);
     let mut fallback = None;
     let (mut trial, mut is_saved) = (Trial::None, false);
     let mut origin = None;

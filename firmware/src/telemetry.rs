@@ -20,7 +20,7 @@ pub(crate) struct Status {
 #[embassy_executor::task]
 pub(crate) async fn log(mut status: QueueReceiver<Status>) {
     loop {
-        let Status { timing, tick, refused_ticks, dropped } = status.next().await;
+        let Status { timing, tick, refused_ticks, dropped } = status.receive().await;
         defmt::info!(
             "tick {}: {}, {} late, {} overruns, {} refused, {} dropped",
             timing.ticks,

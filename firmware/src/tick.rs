@@ -51,7 +51,7 @@ pub(crate) async fn run(
     let mut last_start = None;
     let mut watchdog = Watchdog::new(PATIENCE);
     let info: DeviceInfo =
-        DeviceInfo::new(stamp::described()).for_clients(boards::TICK_HZ).with_events(&EVENTS);
+        DeviceInfo::new(stamp::described()).with_client_lease(boards::TICK_HZ).with_events(&EVENTS);
     let mut info = if RUNS_PROGRAMS { info.with_laws() } else { info };
     links::listen(dimsart);
     let mut due = Instant::now() + PERIOD;
@@ -61,7 +61,7 @@ pub(crate) async fn run(
 
         let counter = Selected::counter();
         let start = counter.now();
-        let period_cycles = last_start.replace(start).map_or(0, |last| counter.between(last, start));
+        let period_cycles = last_start.replace(start).map_or(0, |last| counter.elapsed_between(last, start));
         if let Some((sensors, timings)) = frames.measured().split_at_mut_checked(sensed) {
             joints.read(sensors);
             for (word, value) in timings.iter_mut().rev().zip(timing.words(period_cycles).into_iter().rev()) {
@@ -71,7 +71,7 @@ pub(crate) async fn run(
         dimsart.set_drive_fault(joints.fault());
         let tick = step(dimsart, frames, &mut info, &mut ends);
         joints.write(tick, frames.commanded());
-        timing.measure(counter.since(start));
+        timing.measure(counter.elapsed_since(start));
         let data_base = dimsart.engine().data_base();
         Selected::show(data_base.revision(), data_base.all_words());
 
@@ -92,10 +92,10 @@ pub(crate) async fn run(
             ends.reports.send_with_reserve(Unsolicited::Sample(sample), 1);
         }
         if timing.ticks % HEARTBEAT_EVERY == 0 {
-            ends.reports.give(Unsolicited::Heartbeat(info.heartbeat(dropped)));
+            ends.reports.send(Unsolicited::Heartbeat(info.heartbeat(dropped)));
         }
         if IS_LOGGED && timing.ticks % REPORT_EVERY == 0 {
-            ends.status.give(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });
+            ends.status.send(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });
         }
     }
 }
@@ -110,12 +110,12 @@ fn step(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends:
 #[inline(never)]
 #[cfg_attr(not(feature = "measure"), expect(unused_variables, reason = "measurements are in them"))]
 fn serve(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) {
-    if let Some((id, request)) = ends.requests.take() {
+    if let Some((id, request)) = ends.requests.try_receive() {
         #[cfg(feature = "measure")]
         let answer = frames.measurements.serve(id, &request, dimsart, info);
         #[cfg(not(feature = "measure"))]
         let answer = dimsart_link::protocol::serve(id, &request, dimsart, info);
-        ends.answers.give(answer);
+        ends.answers.send(answer);
         links::listen(dimsart);
         if matches!(request, Request::Command(Command::Reset)) {
             bus_off::reset();
@@ -137,13 +137,13 @@ fn tick(dimsart: &mut Dimsart, frames: &mut Frames, info: &mut DeviceInfo, ends:
             break;
         }
     }
-    info.log_bus(bus_off::last_event());
-    dimsart.allow_motion(info.begin_tick());
+    info.log_bus_event(bus_off::last_event());
+    dimsart.set_motion_allowed(info.begin_tick());
     let tick = entry_points::tick(dimsart, frames);
     info.end_tick(tick, dimsart);
     for link in 0..Selected::SIZES.links {
         if let Some(packet) = entry_points::take(dimsart, link) {
-            ends.packets_out.give(Outgoing { link, packet });
+            ends.packets_out.send(Outgoing { link, packet });
         }
     }
     tick

@@ -17,7 +17,7 @@ pub(crate) struct TickHandover {
 
 impl TickHandover {
     pub(crate) async fn ask(&mut self, request: Request) -> Answer {
-        self.requests.give((self.id, request));
-        self.answers.next().await
+        self.requests.send((self.id, request));
+        self.answers.receive().await
     }
 }

@@ -22,7 +22,7 @@ use cortex_m::peripheral::{SCB, SYST};
 use cortex_m_rt::{entry, exception};
 use dimsart_core::{
     AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, ModuleKinds, ModuleRef, Snapshot,
-    TIMEOUT_TICKS, TickResult, Value, Word, join_kinds, limits::Sizes, memory, types,
+    TIMEOUT_TICKS, TickResult, Value, Word, join_kinds, limits::Capacities, memory, types,
 };
 use dimsart_modules::{CONTROL, SIGNALS};
 use semihosting::process::exit;
@@ -43,7 +43,7 @@ const MAX_BETWEEN: u32 = 1 << 15;
 const LONGEST: u32 = 0x00FF_FFFF;
 
 /// Memory of each engine.
-type ControllerMemory = memory!(Sizes { programs: 0, words: 512, ..Sizes::DEFAULT });
+type ControllerMemory = memory!(Capacities { programs: 0, words: 512, ..Capacities::DEFAULT });
 type Between = Coupling<'static, DOF, DOF>;
 
 /// State of the interrupt.
@@ -77,8 +77,8 @@ fn main() -> ! {
     static PLANNERS: StaticCell<Dimsart> = StaticCell::new();
     static THERE: ConstStaticCell<Snapshot<DOF>> = ConstStaticCell::new(Snapshot::new());
     static BACK: ConstStaticCell<Snapshot<DOF>> = ConstStaticCell::new(Snapshot::new());
-    let joint = JOINTS.init_with(|| Dimsart::unconnected(JOINT_MEMORY.take()));
-    let planner = PLANNERS.init_with(|| Dimsart::unconnected(PLANNER_MEMORY.take()));
+    let joint = JOINTS.init_with(|| Dimsart::without_device(JOINT_MEMORY.take()));
+    let planner = PLANNERS.init_with(|| Dimsart::without_device(PLANNER_MEMORY.take()));
     connect(joint, "joint", &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     connect(planner, "planner", &[types::POSITION], &[types::DES_POSITION]);
     follow(joint);
@@ -163,12 +163,12 @@ fn run_planner(dimsart: &mut Dimsart, mut between: Between) -> u32 {
     while TICK.load(Relaxed) < TICKS {
         let shown = TICK.load(Relaxed);
         PLANNER_CROSSES.store(true, Relaxed);
-        between.get(&mut measured);
+        between.receive(&mut measured);
         PLANNER_CROSSES.store(false, Relaxed);
         let tick = ticks_of(&measured, 1.0);
         must("the planner receives the latest position", tick >= shown && tick >= seen);
         seen = tick;
-        dimsart.set_commands_stale(between.are_stale());
+        dimsart.set_commands_stale(between.is_stale());
         dimsart.tick(&measured, &mut commanded);
         PLANNER_CROSSES.store(true, Relaxed);
         between.send(commanded);
@@ -204,8 +204,8 @@ impl Joint {
         for (axis, word) in position.iter_mut().enumerate() {
             *word = Word::from(at(tick, axis));
         }
-        between.get(desired);
-        dimsart.set_commands_stale(between.are_stale());
+        between.receive(desired);
+        dimsart.set_commands_stale(between.is_stale());
         let now_planned = ticks_of(desired, 1.0 / GAIN);
         must("planner commands are never older than before", now_planned >= *planned && now_planned < tick);
         let mut force = [Word(0); DOF];

@@ -153,7 +153,7 @@ fn a_damaged_bit_or_word_of_a_motor_s_configuration_is_told_and_takes_no_scheme_
         let (_, started) = start(flash.clone());
         for (damage, flash) in each_damage(&flash) {
             let report = motor(flash.clone());
-            let is_newest = report.is_kept && report.words[..] == [2; 5];
+            let is_newest = report.is_stored && report.words[..] == [2; 5];
             let is_told = matches!(report.fallback, Some(MotorFallback::Damaged | MotorFallback::Storage));
             assert!(is_newest && report.fallback.is_none() || is_told, "{damage}: {report:?}");
             let (_, found) = start(flash);

@@ -13,7 +13,7 @@ use std::ops::Range;
 
 use common::{Flash, PAGE, PAGES, WORD};
 use embassy_futures::block_on;
-use firmware::{Kept, KeptKey, KeyStore, SEEDS_PER_START, SchemeStore};
+use firmware::{KeyStore, SEEDS_PER_START, SchemeStore, StoredKey, StoredKeyState};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -46,12 +46,12 @@ fn key(number: u8) -> [u8; 16] {
 struct Board {
     flash: Flash,
     store: KeyStore,
-    kept: Kept,
+    kept: StoredKeyState,
 }
 
 impl Board {
     fn off(flash: Flash) -> Self {
-        Self { flash, store: KeyStore::new::<Flash>(KEYS).unwrap(), kept: Kept::None }
+        Self { flash, store: KeyStore::new::<Flash>(KEYS).unwrap(), kept: StoredKeyState::None }
     }
 
     fn start(flash: Flash) -> Self {
@@ -66,7 +66,7 @@ impl Board {
 
     fn with_key(number: u8) -> Self {
         let mut board = Self::start(Flash::new());
-        assert_eq!(board.kept, Kept::None);
+        assert_eq!(board.kept, StoredKeyState::None);
         board.carry_out(Step::Set(number)).unwrap();
         board
     }
@@ -74,17 +74,19 @@ impl Board {
     /// The number of the key, if any.
     fn number(&self) -> Option<u8> {
         match self.kept {
-            Kept::Key(KeptKey { key, .. }) => Some(key[0]),
-            Kept::None => None,
-            Kept::Damaged => panic!("damaged"),
+            StoredKeyState::Key(StoredKey { key, .. }) => Some(key[0]),
+            StoredKeyState::None => None,
+            StoredKeyState::Damaged => panic!("damaged"),
         }
     }
 
     fn carry_out(&mut self, step: Step) -> Option<()> {
         let Self { flash, store, kept } = self;
         *kept = match step {
-            Step::Set(number) => Kept::Key(block_on(store.set(key(number), number.into(), flash)).ok()?),
-            Step::Clear => block_on(store.clear(flash)).map(|()| Kept::None).ok()?,
+            Step::Set(number) => {
+                StoredKeyState::Key(block_on(store.set(key(number), number.into(), flash)).ok()?)
+            }
+            Step::Clear => block_on(store.clear(flash)).map(|()| StoredKeyState::None).ok()?,
             Step::Restart => {
                 *self = Self::start(self.flash.clone());
                 // Without power the state is unknown.
@@ -144,9 +146,13 @@ fn damage_of_either_record_after_a_cut_at_any_write_takes_nothing_back_or_locks(
                         let mut flash = flash.clone();
                         flash.bytes[place] ^= damage;
                         let damaged = Board::start(flash);
-                        if damaged.kept == Kept::Damaged {
+                        if damaged.kept == StoredKeyState::Damaged {
                             locked += 1;
-                            assert_eq!(Board::start(damaged.flash).kept, Kept::Damaged, "it stays so");
+                            assert_eq!(
+                                Board::start(damaged.flash).kept,
+                                StoredKeyState::Damaged,
+                                "it stays so"
+                            );
                         } else {
                             let number = damaged.number();
                             assert!(allowed.contains(&number), "{step:?}, {place} {damage:x}: {number:?}");
@@ -219,10 +225,13 @@ fn what_is_kept_is_to_the_bit_what_was_asked_for() {
         let (mut key, salt) = ([0; 16], random.next_u64());
         random.fill_bytes(&mut key);
         let set = block_on(board.store.set(key, salt, &mut board.flash));
-        assert_eq!(set, Ok(KeptKey { key, seed: salt }));
+        assert_eq!(set, Ok(StoredKey { key, seed: salt }));
         board = Board::start(board.flash);
         let seed = salt.wrapping_add(SEEDS_PER_START);
-        assert!(board.kept == Kept::Key(KeptKey { key, seed }), "another key, or another number of starts");
+        assert!(
+            board.kept == StoredKeyState::Key(StoredKey { key, seed }),
+            "another key, or another number of starts"
+        );
     }
 }
 
@@ -245,11 +254,11 @@ fn a_damaged_record_locks_whatever_it_said() {
         for bit in 0..8 * BODY_BYTES {
             let mut flash = board.flash.clone();
             flash.bytes[place + bit / 8] ^= 1 << (bit % 8);
-            assert_eq!(Board::start(flash).kept, Kept::Damaged, "bit {bit}");
+            assert_eq!(Board::start(flash).kept, StoredKeyState::Damaged, "bit {bit}");
         }
         let mut flash = board.flash.clone();
         flash.bytes[place..place + BODY_BYTES].fill(0xFF);
-        assert_eq!(Board::start(flash).kept, Kept::Damaged, "its commit is still there");
+        assert_eq!(Board::start(flash).kept, StoredKeyState::Damaged, "its commit is still there");
         // The bytes after it are not part of a key.
         for bit in 8 * BODY_BYTES..8 * (HEAD_BYTES + 2 * WORD) {
             let mut flash = board.flash.clone();
@@ -264,7 +273,7 @@ fn no_start_has_the_seed_of_another_one() {
     let mut board = Board::with_key(1);
     let mut seeds = BTreeSet::new();
     for start in 0..5_000 {
-        let Kept::Key(KeptKey { seed, .. }) = board.kept else { panic!("{:?}", board.kept) };
+        let StoredKeyState::Key(StoredKey { seed, .. }) = board.kept else { panic!("{:?}", board.kept) };
         assert!(seeds.range(seed..seed + SEEDS_PER_START).next().is_none(), "start {start}");
         seeds.insert(seed);
         // Some starts are interrupted while writing the mark.
@@ -282,7 +291,7 @@ fn a_start_that_cannot_be_counted_is_locked() {
     let board = Board::with_key(1);
     for power in 0..WORD {
         let flash = Flash { power: Some(power), ..board.flash.clone() };
-        assert_eq!(Board::start(flash).kept, Kept::Damaged, "{power} bytes of its mark");
+        assert_eq!(Board::start(flash).kept, StoredKeyState::Damaged, "{power} bytes of its mark");
     }
 }
 

@@ -38,7 +38,7 @@ fn what_is_kept_is_read_until_it_is_forgotten() {
     let (flash, done) = keep(flash, 7);
     assert_eq!(done, Ok(()));
     let (flash, report) = kept(flash);
-    assert_eq!((report.layout, report.is_kept, report.fallback), (1, true, None));
+    assert_eq!((report.layout, report.is_stored, report.fallback), (1, true, None));
     assert_eq!(report.words[..], words(7));
     let (flash, done) = in_store(flash, |store| block_on(store.store_motor(0, &[])));
     assert_eq!(done, Ok(()));
@@ -80,7 +80,7 @@ fn after_a_cut_at_any_write_the_old_or_the_new_one_is_read() {
             let (mut after, done) = keep(cut, first);
             after.power = None;
             let found = kept(after).1;
-            assert!(found.is_kept && (found.words == old || found.words[..] == words(first)), "{found:?}");
+            assert!(found.is_stored && (found.words == old || found.words[..] == words(first)), "{found:?}");
             if done == Ok(()) {
                 assert_eq!(found.words[..], words(first));
                 break;
@@ -97,7 +97,7 @@ fn a_flash_that_holds_something_else_is_told_and_can_be_kept_in() {
     let mut flash = Flash::new();
     flash.bytes.fill(0x5A);
     let (flash, found) = kept(flash);
-    assert!(!found.is_kept && found.fallback == Some(MotorFallback::Storage), "{found:?}");
+    assert!(!found.is_stored && found.fallback == Some(MotorFallback::Storage), "{found:?}");
     let (flash, done) = keep(flash, 7);
     assert_eq!(done, Ok(()));
     assert_eq!(kept(flash).1.words[..], words(7));
@@ -110,6 +110,6 @@ fn a_byte_that_has_changed_is_no_configuration_of_another_kind() {
     let mut damaged = flash.clone();
     damaged.bytes[place] ^= 4;
     let found = kept(damaged).1;
-    assert!(!found.is_kept, "{found:?}");
+    assert!(!found.is_stored, "{found:?}");
     assert_eq!(kept(flash).1.words[..], words(7));
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 use common::{Flash, PAGE, PAGES};
 use dimsart_link::protocol::Trial;
 use embassy_futures::block_on;
-use firmware::{Kept, KeyStore, SchemeStore, StorageError};
+use firmware::{KeyStore, SchemeStore, StorageError, StoredKeyState};
 
 const SCHEMES: Range<u32> = 0..8192;
 const KEYS: Range<u32> = 4096..8192;
@@ -47,7 +47,7 @@ fn is_saved(flash: Flash, number: u8) -> bool {
 
 fn is_set(mut flash: Flash, number: u8) -> bool {
     let mut store = KeyStore::new::<Flash>(KEYS).unwrap();
-    matches!(block_on(store.open(&mut flash)), Kept::Key(kept) if kept.key == [number; 16])
+    matches!(block_on(store.open(&mut flash)), StoredKeyState::Key(kept) if kept.key == [number; 16])
 }
 
 /// The flash, with working writes.

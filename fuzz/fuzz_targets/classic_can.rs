@@ -19,7 +19,7 @@ fuzz_target!(|bytes: &[u8]| {
     let mut assembler = Assembler::new();
     let (noise, rest) = rest.split_at(usize::from(count).min(rest.len()));
     for frame in noise.chunks(MAX_DATA_BYTES) {
-        if let Some(content) = assembler.take(frame, CHANNEL) {
+        if let Some(content) = assembler.push(frame, CHANNEL) {
             // Corrupt frames can pass the CRC-8 by chance: the result is valid, but not a packet that was sent.
             assert!(
                 Packet::from_bytes(content, CHANNEL).is_ok_and(|packet| packet.words.len() <= MAX_WORDS)
@@ -34,7 +34,7 @@ fuzz_target!(|bytes: &[u8]| {
     for action in rest {
         let Some(frame) = own.get(usize::from(action & 0xF)) else { continue };
         let channel = if action & 0x20 == 0 { CHANNEL } else { CHANNEL + 1 };
-        if let Some(content) = mixed.take(frame, channel) {
+        if let Some(content) = mixed.push(frame, channel) {
             assert_eq!(content, sent.as_slice());
         }
         let mut changed = frame.clone();
@@ -42,14 +42,14 @@ fuzz_target!(|bytes: &[u8]| {
         changed[place] ^= 1 << (action & 7);
         if action & 0x10 != 0 {
             let dropped = mixed.dropped();
-            assert!(mixed.take(&changed, CHANNEL).is_none());
+            assert!(mixed.push(&changed, CHANNEL).is_none());
             assert_eq!(mixed.dropped(), dropped + 1, "one wrong bit is found");
         }
     }
     // Then the packet's frames in order.
     for assembler in [&mut assembler, &mut mixed] {
         let found =
-            own.iter().filter(|frame| assembler.take(frame, CHANNEL) == Some(sent.as_slice())).count();
+            own.iter().filter(|frame| assembler.push(frame, CHANNEL) == Some(sent.as_slice())).count();
         assert_eq!(found, 1, "the next whole packet comes");
     }
 });

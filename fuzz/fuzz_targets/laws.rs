@@ -4,7 +4,7 @@
 
 use std::cell::RefCell;
 
-use dimsart_core::online::{Header, Instruction, LawParameter, OWN_AXIS, Opcode, Program, seal};
+use dimsart_core::online::{CURRENT_AXIS, Header, Instruction, LawParameter, Opcode, Program, seal};
 use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, TickResult, Unit, Value, Word, types};
 use dimsart_fuzz::{arm, controller};
 use dimsart_modules::ALL;
@@ -20,19 +20,19 @@ fn whole() -> Vec<u32> {
     // Its parameter is in register 0, its states in 1 and 2.
     let once = [one(Opcode::Constant, &[3, 0]), one(Opcode::Period, &[4])];
     let begin = [
-        one(Opcode::Last, &[5, 0, OWN_AXIS]),
+        one(Opcode::Last, &[5, 0, CURRENT_AXIS]),
         one(Opcode::Remember, &[0, 5]),
         one(Opcode::Remember, &[1, 3]),
     ];
     let mut tick = vec![
-        one(Opcode::Input, &[5, 0, OWN_AXIS]),
+        one(Opcode::Input, &[5, 0, CURRENT_AXIS]),
         one(Opcode::Input, &[6, 0, 1]),
         one(Opcode::Parameter, &[7, 0, 1]),
     ];
     for (opcode, to) in Opcode::ALL.iter().skip(Opcode::Add as usize).zip(8_u8..) {
         tick.push(one(*opcode, &[to, 1 + to % 7, to - 1, 0]));
     }
-    tick.extend([one(Opcode::Remember, &[1, 25]), one(Opcode::Output, &[0, 24, OWN_AXIS])]);
+    tick.extend([one(Opcode::Remember, &[1, 25]), one(Opcode::Output, &[0, 24, CURRENT_AXIS])]);
     let count = |count: usize| u8::try_from(count).unwrap();
     let header = Header {
         inputs: 1,

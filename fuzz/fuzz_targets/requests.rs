@@ -15,7 +15,7 @@ thread_local! {
 fn controller() -> Dimsart {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]).unwrap();
-    Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap()
 }
 
 fuzz_target!(|bytes: &[u8]| {
@@ -23,7 +23,7 @@ fuzz_target!(|bytes: &[u8]| {
         let (mut receiver, mut info) = (Receiver::new(), <DeviceInfo>::new("fuzz").with_laws());
         let mut frame = [0; MAX_FRAME_BYTES];
         let mut carried_out = 0;
-        receiver.take_all(bytes, |content| {
+        receiver.push_all(bytes, |content| {
             carried_out += 1;
             answer(content, controller, &mut info, &mut frame).unwrap();
         });
@@ -35,7 +35,7 @@ fuzz_target!(|bytes: &[u8]| {
         let mut request = [0; MAX_FRAME_BYTES];
         let request = encode_request(&Request::Identify, 7, &mut request).unwrap();
         let mut answers = 0;
-        receiver.take_all(request, |content| {
+        receiver.push_all(request, |content| {
             answers += usize::from(answer(content, controller, &mut info, &mut frame).unwrap().is_some());
         });
         assert_eq!(answers, 1, "the next good frame is answered");

@@ -13,7 +13,7 @@ fuzz_target!(|bytes: &[u8]| {
     let mut ended = 0;
     for byte in bytes {
         zeros += usize::from(*byte == 0);
-        if let Some(content) = receiver.take(*byte) {
+        if let Some(content) = receiver.push(*byte) {
             assert!(content.len() <= MAX_CONTENT_BYTES);
             ended += 1;
         }
@@ -27,7 +27,7 @@ fuzz_target!(|bytes: &[u8]| {
     for content in [NEXT, own].into_iter().filter(|content| !content.is_empty()) {
         let mut found = 0;
         for byte in encode(content, &mut frame).unwrap() {
-            if let Some(taken) = receiver.take(*byte) {
+            if let Some(taken) = receiver.push(*byte) {
                 // The frame's first zero ends any partial frame.
                 found += usize::from(taken == content);
             }

@@ -16,7 +16,7 @@ pub fn arm() -> DeviceDescriptor {
 /// Returns a controller of an [`arm`] without modules.
 #[must_use]
 pub fn controller() -> Dimsart {
-    Dimsart::new(ProvidedMemory::leaked(), arm(), ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leak_default(), arm(), ALL).unwrap()
 }
 
 /// Loads valid rows into a controller.

@@ -1,8 +1,8 @@
 //! How long a tick of the plants takes: `cargo run --release -p hil-sim --example plant_speed`.
 
 use hil_sim::plant::{
-    BrushedParameters, GearParameters, JointMotorParameters, JointParameters, Joints, ParameterError, Plant,
-    Push, StopsParameters,
+    BrushedParameters, ExternalForce, GearParameters, JointMotorParameters, JointParameters, Joints,
+    ParameterError, Plant, StopsParameters,
 };
 use hil_sim::rig_file::RIGID_STIFFNESS;
 use std::hint::black_box;
@@ -24,7 +24,7 @@ fn master(has_motor: bool) -> Result<Joints, ParameterError> {
         drive(&mut joint);
     }
     let push = |t: f64| if t % 4.0 < 2.0 { 15.0 * (t % 4.0).min(1.0) } else { 0.0 };
-    let axis = |_| Ok((joint.build()?, Some(Box::new(push) as Push)));
+    let axis = |_| Ok((joint.build()?, Some(Box::new(push) as ExternalForce)));
     Ok(Joints::new((0..3).map(axis).collect::<Result<_, _>>()?))
 }
 

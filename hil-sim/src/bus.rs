@@ -15,5 +15,5 @@ pub use datagram::{DatagramParameters, DatagramPath};
 pub use delay::{Delay, DelayFileError};
 pub use random::Random;
 pub(crate) use traffic::load;
-pub use traffic::{MediumReport, Occupation, Timeline, Traffic};
+pub use traffic::{BusyInterval, MediumReport, Timeline, Traffic};
 pub use uart::{Uart, UartParameters};

@@ -10,7 +10,7 @@ use dimsart_core::Packet;
 use crate::bus::can::{
     CanBus, CanFrame, CanParameters, Format, Identifier, Message, Response, worst_response_ns,
 };
-use crate::bus::time::{NS_PER_S, bits_ns, ns_seconds, seconds_ns};
+use crate::bus::time::{NS_PER_S, bits_to_ns, ns_to_seconds, seconds_to_ns};
 use crate::bus::{MediumReport, Random, Traffic, load};
 use crate::link::can_frames;
 
@@ -110,7 +110,7 @@ impl BusPlan {
             streams.iter().map(|stream| self.frames(stream, 0)).collect::<Result<_, _>>()?;
         let responses_ns = self.worst_responses_ns(&packets);
         let (bus, dropped) = self.simulate(&streams, &packets)?;
-        let period_s = ns_seconds(self.period_ns());
+        let period_s = ns_to_seconds(self.period_ns());
         let seen = |identifier: Identifier| -> Option<&Response> { bus.responses().get(&identifier) };
         let figures = streams.iter().zip(&packets).zip(&responses_ns).map(|((stream, frames), worst_ns)| {
             let max_bits = frames.iter().map(|frame| self.max_bits(frame)).sum();
@@ -120,8 +120,8 @@ impl BusPlan {
                 identifier: identifier.to_string(),
                 frames: frames.len(),
                 max_bits,
-                worst_response_s: worst_ns.map(ns_seconds),
-                simulated_response_s: seen(identifier).map(|response| ns_seconds(response.longest_ns)),
+                worst_response_s: worst_ns.map(ns_to_seconds),
+                simulated_response_s: seen(identifier).map(|response| ns_to_seconds(response.longest_ns)),
             }
         });
         let figures: Vec<PacketFigures> = figures.collect();
@@ -144,7 +144,7 @@ impl BusPlan {
                 longest_s: bus
                     .responses()
                     .values()
-                    .map(|response| ns_seconds(response.longest_ns))
+                    .map(|response| ns_to_seconds(response.longest_ns))
                     .fold(0.0, f64::max),
             },
             senders: bus.nodes().iter().map(|node| node.name.clone()).collect(),
@@ -154,7 +154,7 @@ impl BusPlan {
         let figures = BusFigures {
             fits,
             period_s,
-            worst_load: ns_seconds(frame_ns) / period_s,
+            worst_load: ns_to_seconds(frame_ns) / period_s,
             simulated_load,
             dropped,
             error_frames: bus.error_frames(),
@@ -167,7 +167,7 @@ impl BusPlan {
     /// Returns the period of a stream, `ns`.
     #[must_use]
     pub fn period_ns(&self) -> u64 {
-        seconds_ns(1.0 / self.rate_hz).max(1)
+        seconds_to_ns(1.0 / self.rate_hz).max(1)
     }
 
     /// By descending priority.
@@ -193,7 +193,8 @@ impl BusPlan {
         let too_many = TooManyWords { words: stream.words };
         let mut random =
             Random::new(self.seed.wrapping_add(count << 16).wrapping_add(u64::from(stream.channel)));
-        let mut words = std::iter::repeat_with(|| u32::try_from(random.up_to(u32::MAX)).unwrap_or(0));
+        let mut words =
+            std::iter::repeat_with(|| u32::try_from(random.uniform_integer(u32::MAX)).unwrap_or(0));
         let mut packet = Packet { channel: stream.channel, content: stream.channel, ..Packet::default() };
         let [low, high, ..] = (count + 1).to_le_bytes();
         packet.counter = u16::from_le_bytes([low, high]).max(1);
@@ -224,7 +225,7 @@ impl BusPlan {
             frame_ns: self.frame_ns(frame),
         };
         let messages: Vec<Message> = packets.iter().flatten().map(message).collect();
-        let bit_ns = bits_ns(1_u32, self.parameters.bits_per_s);
+        let bit_ns = bits_to_ns(1_u32, self.parameters.bits_per_s);
         let mut last = 0;
         let response_ns = |frames: &Vec<CanFrame>| {
             last += frames.len();
@@ -250,7 +251,7 @@ impl BusPlan {
             let now_ns = count * self.period_ns();
             for ((stream, frames), node) in streams.iter().zip(packets).zip(&nodes) {
                 // Skips packets that do not fit into the queue.
-                if !bus.has_no_room(*node, now_ns, frames.len()) {
+                if !bus.is_queue_full(*node, now_ns, frames.len()) {
                     bus.submit(*node, now_ns, self.frames(stream, count)?);
                 }
             }

@@ -14,16 +14,16 @@ thread_local! {
 
 /// While it exists, time advances for its thread only in sleeps.
 #[derive(Debug)]
-pub struct Simulated(());
+pub struct SimulatedTimeGuard(());
 
 /// Freezes the time of this thread, for a test.
 #[must_use]
-pub fn simulate() -> Simulated {
+pub fn freeze_time() -> SimulatedTimeGuard {
     SIMULATED.set(Some(Instant::now()));
-    Simulated(())
+    SimulatedTimeGuard(())
 }
 
-impl Drop for Simulated {
+impl Drop for SimulatedTimeGuard {
     fn drop(&mut self) {
         SIMULATED.set(None);
     }
@@ -45,7 +45,7 @@ pub fn now() -> Instant {
 
 /// Returns the time since `moment`.
 #[must_use]
-pub fn since(moment: Instant) -> Duration {
+pub fn elapsed_since(moment: Instant) -> Duration {
     now().saturating_duration_since(moment)
 }
 
@@ -68,13 +68,13 @@ mod tests {
 
     #[test]
     fn simulated_time_passes_only_while_its_thread_sleeps() {
-        let _time = simulate();
+        let _time = freeze_time();
         let start = now();
         thread::sleep(Duration::from_millis(1));
         assert_eq!(now(), start);
         sleep(Duration::from_secs(3600));
-        assert_eq!(since(start), Duration::from_secs(3600));
+        assert_eq!(elapsed_since(start), Duration::from_secs(3600));
         sleep_until(start);
-        assert_eq!(since(start), Duration::from_secs(3600), "it is over");
+        assert_eq!(elapsed_since(start), Duration::from_secs(3600), "it is over");
     }
 }

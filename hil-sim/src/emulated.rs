@@ -26,18 +26,18 @@ mod wire;
 use std::time::Duration;
 
 pub use board::Board;
-pub use emulator::end_all;
+pub use emulator::terminate_emulators;
 pub use error::EmulatedError;
 pub use image::{Image, built};
-pub use processor::pin_to_one_processor;
+pub use processor::pin_to_current_cpu;
 pub use wire::BoardKey;
 
 /// The emulated board, by the name of its image.
 pub const BOARD: &str = "mps2-an386";
 /// Folder of images, each named after its board and variant.
-pub const FOLDER_VARIABLE: &str = "DIMSART_FIRMWARE";
+pub const IMAGE_FOLDER_VARIABLE: &str = "DIMSART_FIRMWARE";
 /// Command that builds the image.
-pub const BUILD: &str = "cargo board mps2-an386";
+pub const BUILD_COMMAND: &str = "cargo board mps2-an386";
 
 /// The emulator.
 const PROGRAM: &str = "qemu-system-arm";

@@ -20,10 +20,10 @@ use crate::emulated::{Board, BoardKey, EmulatedError, Image};
 use crate::observer::Observer;
 use crate::observer::channel_energy::ChannelEnergy;
 use crate::outcome::{Outcome, RealTime};
-use crate::pace::Pace;
+use crate::pace::TickPacer;
 use crate::phases::Phases;
 use crate::recorder::Recorder;
-use crate::recording::{Piece, Recording};
+use crate::recording::{Recording, RecordingChunk};
 use crate::rig::Rig;
 use crate::rig_file::RigFile;
 
@@ -50,7 +50,7 @@ pub struct Experiment {
     pub(crate) board_keys: BTreeMap<String, BoardKey>,
     pub(crate) phases: Option<Phases>,
     /// `None` in virtual time.
-    pub(crate) pace: Option<Pace>,
+    pub(crate) pace: Option<TickPacer>,
 }
 
 /// Results of a run.
@@ -63,7 +63,7 @@ pub struct Run {
     /// Reports of the simulated media.
     pub media: Vec<MediumReport>,
     /// Error that aborted the run.
-    pub broken: Option<ExperimentError>,
+    pub error: Option<ExperimentError>,
     /// The rig at the end of the run.
     pub rig: Rig,
     /// Times at which the hand guides, presses and releases, if the experiment has these phases.
@@ -80,7 +80,7 @@ impl Experiment {
         observers: Vec<Box<dyn Observer>>,
         outcome: Outcome,
     ) -> Self {
-        let channel_energy = ChannelEnergy::of_one_channel(&rig);
+        let channel_energy = ChannelEnergy::between_two_stations(&rig);
         let (recorder, board_keys) = (Some(recorder), BTreeMap::new());
         let (phases, pace) = (None, None);
         Self {
@@ -116,7 +116,7 @@ impl Experiment {
                 station: station.to_owned(),
                 source: source.into(),
             };
-            found.move_to(board.map_err(emulated)?);
+            found.run_on_board(board.map_err(emulated)?);
         }
         Ok(())
     }
@@ -132,15 +132,15 @@ impl Experiment {
         Self { recorder: None, ..self }
     }
 
-    /// Sends every recorded row to `listener`; see [`Recorder::tell`].
-    pub fn tell(&mut self, listener: SyncSender<Piece>) {
+    /// Sends every recorded row to `listener`; see [`Recorder::add_listener`].
+    pub fn add_listener(&mut self, listener: SyncSender<RecordingChunk>) {
         if let Some(recorder) = &mut self.recorder {
-            recorder.tell(listener);
+            recorder.add_listener(listener);
         }
     }
 
     /// Limits the recording to the rows needed for pictures, independent of the length of the run. A
-    /// [listener](Self::tell) still receives every row.
+    /// [listener](Self::add_listener) still receives every row.
     pub fn record_for_figures(&mut self) {
         if let Some(recorder) = &mut self.recorder {
             recorder.record_for_figures();
@@ -170,10 +170,10 @@ impl Experiment {
                 progress(self.rig.time_s());
             }
             if let Some(pace) = &mut self.pace {
-                pace.wait_for(self.rig.time_s());
+                pace.wait_until(self.rig.time_s());
             }
             self.rig.tick();
-            if let Some((station, source)) = self.rig.trouble() {
+            if let Some((station, source)) = self.rig.take_board_error() {
                 broken = Some(ExperimentError::Emulated { station, source });
                 self.outcome.fail(format!("run aborted at {:.3} s", self.rig.time_s()));
                 break;
@@ -215,12 +215,12 @@ impl Experiment {
         outcome.stable &= outcome.undecided.is_empty();
         let recording = self.recorder.map(Recorder::finish).unwrap_or_default();
         outcome.set_wall_s(self.begun.elapsed().as_secs_f64());
-        Run { outcome: self.outcome, recording, media, broken, rig, phases: self.phases }
+        Run { outcome: self.outcome, recording, media, error: broken, rig, phases: self.phases }
     }
 }
 
 /// Timing of a single station relative to the clock.
-fn real_time(rig: &Rig, pace: &Pace, faults: &mut Vec<String>) -> RealTime {
+fn real_time(rig: &Rig, pace: &TickPacer, faults: &mut Vec<String>) -> RealTime {
     let (late_ticks, ticks) = (pace.late_ticks(), rig.ticks());
     #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
     if late_ticks as f64 > LATE_SHARE * ticks as f64 {

@@ -25,7 +25,7 @@ mod truth;
 mod windows;
 
 pub use response::{FrequencyPoint, ResponseTooShort, frequency_response};
-pub use truth::{arm_truth, truth};
+pub use truth::{true_arm_joint_parameters, true_parameters};
 
 use least_squares::Columns;
 use windows::{LENGTHS, MARGIN, Windows, count, travel};
@@ -40,7 +40,7 @@ pub struct Experiment<'a> {
     /// Force on the joint, `N m` or `N`.
     pub force: &'a [f64],
     /// Force between two ticks.
-    pub force_is: ForceIs,
+    pub force_timing: ForceTiming,
     /// Whether it is rotary, with position-dependent weight.
     pub turns: bool,
     /// Positions of coupled joints, each as long as `position`; empty for a single joint.
@@ -49,7 +49,7 @@ pub struct Experiment<'a> {
 
 /// Force between the recorded ticks.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum ForceIs {
+pub enum ForceTiming {
     /// Measured: interpolated linearly.
     Measured,
     /// Commanded: constant for one tick, this number of ticks later.
@@ -104,7 +104,7 @@ pub struct Estimate {
 
 /// Identified joint.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Identified {
+pub struct IdentifiedJoint {
     /// Estimates of all quantities.
     pub estimates: Vec<Estimate>,
     /// Mean positions of the held joints.
@@ -169,7 +169,7 @@ const DELAY_SHARE: f64 = 1e-3;
 ///
 /// # Errors
 /// [`IdentifyError`] if the data are insufficient.
-pub fn identify(experiment: &Experiment<'_>) -> Result<Identified, IdentifyError> {
+pub fn identify(experiment: &Experiment<'_>) -> Result<IdentifiedJoint, IdentifyError> {
     let Experiment { period_s, position, force, turns, others, .. } = *experiment;
     let finite = |(position, force): (&f64, &f64)| position.is_finite() && force.is_finite();
     if let Some(tick) = position.iter().zip(force).position(|both| !finite(both)) {
@@ -221,7 +221,7 @@ pub fn identify(experiment: &Experiment<'_>) -> Result<Identified, IdentifyError
         .collect();
     let delay = (period_s * delay_ticks, &slope[..]);
     let (estimates, unexplained) = least_squares::solve(quantities, &windows, &columns, &at, delay)?;
-    let identified = Identified { estimates, others_at: windows.others_at, windows: found, unexplained };
+    let identified = IdentifiedJoint { estimates, others_at: windows.others_at, windows: found, unexplained };
     let unknown = |estimate: &&Estimate| estimate.value.is_none();
     if identified.of(Quantity::Inertia).is_none() {
         let names = identified.estimates.iter().filter(unknown).map(|estimate| estimate.quantity);
@@ -249,7 +249,7 @@ fn minimum(max: f64, of: impl Fn(f64) -> f64) -> f64 {
     0.5 * (low + high)
 }
 
-impl Identified {
+impl IdentifiedJoint {
     /// Returns value and half width of a quantity; `None` if unknown.
     #[must_use]
     pub fn of(&self, quantity: Quantity) -> Option<(f64, f64)> {

@@ -84,7 +84,7 @@ pub fn read(path: &Path) -> Result<[u8; KEY_BYTES], KeyFileError> {
 
 /// Warns if other users can read the file, if the system provides permissions.
 #[must_use]
-pub fn exposure(path: &Path) -> Option<String> {
+pub fn permission_warning(path: &Path) -> Option<String> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
@@ -154,7 +154,7 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         for (mode, is_exposed) in [(0o600, false), (0o400, false), (0o640, true), (0o644, true)] {
             fs::set_permissions(file.path(), fs::Permissions::from_mode(mode)).unwrap();
-            assert_eq!(exposure(file.path()).is_some(), is_exposed, "{mode:o}");
+            assert_eq!(permission_warning(file.path()).is_some(), is_exposed, "{mode:o}");
         }
     }
 }

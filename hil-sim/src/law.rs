@@ -34,10 +34,10 @@ use std::path::Path;
 use dimsart_core::online::{LawParameter, Program};
 use serde::Serialize;
 
-use crate::foreign_text::{visible_lines, visible_word};
+use crate::untrusted_text::{escape_lines, escape_word};
 
 pub use error::LawError;
-pub use vocabulary::{LawVocabulary, MODULE, runner};
+pub use vocabulary::{LawVocabulary, MODULE, law_module};
 
 /// A compiled law.
 #[derive(Debug, Clone, PartialEq)]
@@ -91,7 +91,7 @@ impl Law {
     /// # Errors
     /// [`LawError`] with the position of the first error and a remedy.
     pub fn compile(text: &str, origin: &str) -> Result<Self, LawError> {
-        let text = &visible_lines(text);
+        let text = &escape_lines(text);
         let compiled = parse::parse(text).and_then(|statements| {
             let checked = check::check(&statements, text)?;
             let lowered = lower::lower(&checked)?;
@@ -112,10 +112,10 @@ impl Law {
 
     /// Reads a law from a program.
     #[must_use]
-    pub fn of_program(program: &Program<'_>) -> Self {
+    pub fn from_program(program: &Program<'_>) -> Self {
         let bytes: Vec<u8> = program.text().collect();
         let text = String::from_utf8_lossy(&bytes).into_owned();
-        let mut names = text.lines().map(visible_word);
+        let mut names = text.lines().map(escape_word);
         let mut next = || names.next().unwrap_or_default();
         let header = program.header();
         let (name, summary) = (next(), String::new());
@@ -146,7 +146,7 @@ impl Law {
     /// Returns the commands that store it on a controller as program `number`.
     #[must_use]
     pub fn commands(&self, number: u8) -> Vec<Command> {
-        commands_of(&self.words, number)
+        store_commands(&self.words, number)
     }
 
     /// Returns the program.
@@ -158,7 +158,7 @@ impl Law {
 
 /// Returns the commands that store a program of these words on a controller as program `number`.
 #[must_use]
-pub fn commands_of(words: &[u32], number: u8) -> Vec<Command> {
+pub fn store_commands(words: &[u32], number: u8) -> Vec<Command> {
     let (pairs, rest) = words.as_chunks::<2>();
     let pairs = pairs.iter().copied().chain(rest.first().map(|last| [*last, 0]));
     let puts = (0..=u8::MAX).step_by(2).zip(pairs).map(|(place, words)| Command::UploadLaw { place, words });

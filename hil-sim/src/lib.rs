@@ -32,7 +32,7 @@
 //! | To add | Write | Register it |
 //! |---|---|---|
 //! | a figure of a run | a file in [`observer`] | a field of [`Outcome`](outcome::Outcome), a line where experiments are made (`response.rs`), a row of the summary |
-//! | an environment, such as a wall | a section of an axis in [`rig_file`] | what it does to a joint in `rig_file/around.rs` |
+//! | an environment, such as a wall | a section of an axis in [`rig_file`] | what it does to a joint in `rig_file/environment.rs` |
 //! | a plant of another kind | a file in [`plant`] | a variant of `Body` in `response/body.rs`, its section in `rig_file/device.rs` |
 //! | a part of a joint | a file in `plant/joint/` | a field of [`JointParameters`](plant::JointParameters) |
 //! | a form of a move | a field of [`MoveSection`](rig_file::MoveSection) | a case in `motion.rs` |
@@ -60,13 +60,11 @@ pub mod clock;
 pub mod emulated;
 pub mod experiment;
 pub mod first_packet;
-pub mod foreign_text;
 pub mod identify;
 pub mod key_file;
 pub mod law;
 pub mod link;
 mod loop_figures;
-pub mod meeting;
 mod motion;
 pub mod observer;
 pub mod outcome;
@@ -81,6 +79,8 @@ pub mod response;
 pub mod rig;
 pub mod rig_file;
 pub mod schemes;
+pub mod synchronisation;
+pub mod untrusted_text;
 
 /// Runs the Rust examples of the page as tests.
 #[cfg(doctest)]

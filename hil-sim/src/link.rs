@@ -25,7 +25,7 @@ pub use buses::{Buses, Route, round_trip_ticks};
 pub(crate) use can::can_frames;
 pub use in_process::{InProcess, InProcessParameters};
 pub use open::{Channels, OpenError, open};
-pub use port::{PortError, Stream, open_port, open_serial, open_waiting};
+pub use port::{PortError, Stream, open_port, open_serial, open_with_timeout};
 pub use serial::Serial;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
 pub use socketcan::SocketCan;
@@ -38,14 +38,14 @@ use crate::bus::MediumReport;
 
 /// Content of a link.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Carried {
+pub enum Payload {
     /// Packet without serialisation, for speed within a process.
     Packet(Packet),
     /// Bytes.
     Bytes(Vec<u8>),
 }
 
-impl Carried {
+impl Payload {
     /// Its bytes.
     #[must_use]
     pub fn into_bytes(self) -> Vec<u8> {
@@ -56,7 +56,7 @@ impl Carried {
     }
 }
 
-impl From<&[u8]> for Carried {
+impl From<&[u8]> for Payload {
     fn from(bytes: &[u8]) -> Self {
         Self::Bytes(bytes.to_vec())
     }
@@ -71,12 +71,12 @@ pub trait Link: core::fmt::Debug + Send {
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8]));
 
     /// Like [`send`](Self::send); a link that ignores bytes carries the packet unchanged.
-    fn send_carried(&mut self, now: u64, carried: Carried) {
+    fn send_payload(&mut self, now: u64, carried: Payload) {
         self.send(now, &carried.into_bytes());
     }
 
     /// Like [`receive`](Self::receive), in the carried form.
-    fn receive_carried(&mut self, now: u64, deliver: &mut dyn FnMut(Carried)) {
+    fn receive_payload(&mut self, now: u64, deliver: &mut dyn FnMut(Payload)) {
         self.receive(now, &mut |bytes| deliver(bytes.into()));
     }
 

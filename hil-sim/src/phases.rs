@@ -4,7 +4,7 @@
 #[derive(Debug, Clone, PartialEq)]
 pub struct Phases {
     /// Duration of a leg of the free path: out, across and back.
-    pub leg_s: f64,
+    pub path_leg_s: f64,
     /// Start of the push.
     pub contact_start_s: f64,
     /// The contact has settled.

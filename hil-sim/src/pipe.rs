@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TryS
 use std::time::Duration;
 
 /// Maximum queued writes; further writes fail with `WouldBlock`.
-pub const ROOM: usize = 1024;
+pub const MAX_QUEUED_WRITES: usize = 1024;
 
 /// One end. A read without data ends after its timeout with `WouldBlock`; it returns 0 if the other end is closed.
 #[derive(Debug)]
@@ -32,12 +32,12 @@ pub struct PipeReader {
 /// Creates two ends with this read timeout.
 #[must_use]
 pub fn pair(waits: [Duration; 2]) -> [Pipe; 2] {
-    pair_with_rooms(waits, [ROOM; 2])
+    pair_with_capacities(waits, [MAX_QUEUED_WRITES; 2])
 }
 
 /// Like `pair`, with this capacity of queued writes.
 #[must_use]
-pub fn pair_with_rooms(waits: [Duration; 2], rooms: [usize; 2]) -> [Pipe; 2] {
+pub fn pair_with_capacities(waits: [Duration; 2], rooms: [usize; 2]) -> [Pipe; 2] {
     let way = |wait, room| {
         let (sender, chunks) = sync_channel(room);
         (PipeWriter(sender), PipeReader { chunks, rest: Vec::new(), wait })
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn who_reads_nothing_holds_nobody_up() {
         let [mut near, _far] = pair([Duration::ZERO; 2]);
-        let written = (0..2 * ROOM).filter(|_| near.write(b"x").is_ok()).count();
-        assert_eq!(written, ROOM);
+        let written = (0..2 * MAX_QUEUED_WRITES).filter(|_| near.write(b"x").is_ok()).count();
+        assert_eq!(written, MAX_QUEUED_WRITES);
     }
 }

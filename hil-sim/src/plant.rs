@@ -19,14 +19,14 @@ mod transition;
 
 pub use arm::{Arm, ArmParameters, Chain, LinkKind, LinkParameters};
 pub use cia402::Cia402Drive;
-pub use coupled::{Axes, Coupled, CoupledAxisState, Dynamics, Matrix, Mechanism, Tip};
+pub use coupled::{AxisValues, Coupled, CoupledAxisState, Dynamics, Matrix, Mechanism, Tip};
 pub use drive_bus::{Absence, Cia402Parameters, DriveBus, InjectedFault, MoteusParameters};
 pub use joint::{
     BridgeMotor, BridgeState, BrushedParameters, FlexibleParameters, FrictionParameters, GearParameters,
     Joint, JointEnergy, JointMotorParameters, JointParameters, JointState, LoadParameters, StopsParameters,
     ThermalParameters, ThreePhaseParameters,
 };
-pub use joints::{Joints, Push};
+pub use joints::{ExternalForce, Joints};
 pub use moteus::MoteusDrive;
 pub use parameter::ParameterError;
 pub(crate) use parameter::valid_axes;
@@ -58,7 +58,7 @@ pub trait Plant: core::fmt::Debug + Send {
 
     /// Sets before [`advance`](Self::advance) whether its actuators are commanded or off. No effect on a plant whose
     /// actuators cannot be off.
-    fn switch(&mut self, _is_on: bool) {}
+    fn set_enabled(&mut self, _is_on: bool) {}
 
     /// Sets the time of the experiment that moves its references, loads and hands. No effect without an experiment.
     fn repeat(&mut self, _repetition: Repetition) {}
@@ -70,7 +70,7 @@ pub trait Plant: core::fmt::Debug + Send {
     /// Returns the true position of an axis, `m` or `rad`; NaN for a nonexistent axis.
     fn position(&self, axis: usize) -> f64 {
         let mut values = [f64::NAN; MAX_QUANTITIES];
-        self.look(axis, &mut values);
+        self.read_quantities(axis, &mut values);
         let [position, ..] = values;
         position
     }
@@ -81,11 +81,11 @@ pub trait Plant: core::fmt::Debug + Send {
     /// Whether an axis is in contact with a wall or a stop.
     fn is_touching(&self, axis: usize) -> bool;
 
-    /// Names and units of the quantities of an axis, in the order of [`look`](Self::look).
+    /// Names and units of the quantities of an axis, in the order of [`read_quantities`](Self::read_quantities).
     fn quantities(&self, axis: usize) -> &'static [(&'static str, &'static str)];
 
     /// Writes the [quantities](Self::quantities) of an axis to `values`.
-    fn look(&self, axis: usize, values: &mut [f64]);
+    fn read_quantities(&self, axis: usize, values: &mut [f64]);
 }
 
 /// State of an actuator.
@@ -96,9 +96,9 @@ pub struct Actuation {
     /// Force, `N` or `N m`.
     pub force: f64,
     /// Whether the force is constant over a period, as of an ideal source; the force of a motor varies.
-    pub is_held: bool,
+    pub is_zero_order_hold: bool,
     /// Whether it moves several directions of the device, as the joints of a device held at its tip.
-    pub is_shared: bool,
+    pub is_coupled: bool,
 }
 
 /// Maximum number of quantities of an axis.

@@ -11,7 +11,7 @@ use std::sync::mpsc::SyncSender;
 use dimsart_core::{DataType, Format, Scalar, TypeRef, Word, types};
 
 use crate::plant::MAX_QUANTITIES;
-use crate::recording::{Column, Piece, Recording, TickInputs, indices};
+use crate::recording::{Column, Recording, RecordingChunk, TickInputs, indices};
 use crate::rig::{Rig, Station};
 use crate::rig_file::RecordSection;
 use selection::Selection;
@@ -36,7 +36,7 @@ pub struct Recorder {
     period_s: f64,
     /// Listener.
     told_ticks: u64,
-    listener: Option<SyncSender<Piece>>,
+    listener: Option<SyncSender<RecordingChunk>>,
     /// Whether to wait for a full listener.
     is_in_a_hurry: bool,
     /// Rows of the next message.
@@ -93,31 +93,31 @@ impl Recorder {
         self.recording.reserve(usize::try_from(rows).unwrap_or_default());
     }
 
-    /// Keeps only the rows needed for pictures; a [listener](Self::tell) receives all rows.
+    /// Keeps only the rows needed for pictures; a [listener](Self::add_listener) receives all rows.
     pub fn record_for_figures(&mut self) {
-        self.recording.thin_beyond(PICTURE_ROWS);
+        self.recording.limit_rows(PICTURE_ROWS);
     }
 
     /// Real-time mode: keeps no rows and never waits for a listener. A listener that is some thousand rows behind is
     /// dropped.
     #[must_use]
     pub fn in_real_time(mut self) -> Self {
-        self.recording.thin_beyond(0);
+        self.recording.limit_rows(0);
         Self { is_in_a_hurry: true, ..self }
     }
 
     /// Whether it has no listener: none, disconnected, or dropped as too slow.
     #[must_use]
-    pub fn is_alone(&self) -> bool {
+    pub fn has_no_listener(&self) -> bool {
         self.listener.is_none()
     }
 
     /// Sends the recorded rows and all further rows to `listener`, at most 64 ticks late, with the
     /// [inputs](crate::rig::Station::record_inputs) of these ticks. Waits for a full listener; ignores a disconnected
     /// one.
-    pub fn tell(&mut self, listener: SyncSender<Piece>) {
+    pub fn add_listener(&mut self, listener: SyncSender<RecordingChunk>) {
         self.listener = Some(listener);
-        self.say(Piece::Columns(self.recording.columns().to_vec()));
+        self.say(RecordingChunk::Columns(self.recording.columns().to_vec()));
         self.untold.clear();
         for (time_s, row) in self.recording.time_s().iter().zip(self.recording.rows()) {
             self.untold.push((time_s / self.period_s).round());
@@ -130,16 +130,16 @@ impl Recorder {
     fn tell_rows(&mut self) {
         if !self.untold_inputs.is_empty() {
             let inputs = std::mem::take(&mut self.untold_inputs);
-            self.say(Piece::Inputs(inputs));
+            self.say(RecordingChunk::Inputs(inputs));
         }
         if !self.untold.is_empty() {
             let room = Vec::with_capacity(self.untold.len());
             let rows = std::mem::replace(&mut self.untold, room);
-            self.say(Piece::Rows(rows));
+            self.say(RecordingChunk::Rows(rows));
         }
     }
 
-    fn say(&mut self, piece: Piece) {
+    fn say(&mut self, piece: RecordingChunk) {
         let Some(listener) = &self.listener else { return };
         let is_told = match self.is_in_a_hurry {
             true => listener.try_send(piece).is_ok(),
@@ -217,7 +217,7 @@ impl Recorder {
             self.tell_rows();
             self.sources.extend(sources);
             self.recording.add_columns(columns.into_iter().flatten().collect());
-            self.say(Piece::Columns(self.recording.columns().to_vec()));
+            self.say(RecordingChunk::Columns(self.recording.columns().to_vec()));
         }
     }
 }
@@ -248,10 +248,10 @@ impl Source {
                 let (own, rest) = row.split_at_mut_checked(columns).unwrap_or_default();
                 let Some(station) = rig.stations().get(station) else { return rest };
                 match kept {
-                    None => station.plant.look(axis, own),
+                    None => station.plant.read_quantities(axis, own),
                     Some(kept) => {
                         let mut values = [f64::NAN; MAX_QUANTITIES];
-                        station.plant.look(axis, &mut values);
+                        station.plant.read_quantities(axis, &mut values);
                         let kept = values.iter().zip(kept).filter(|(_, is_kept)| **is_kept);
                         own.iter_mut().zip(kept).for_each(|(cell, (value, _))| *cell = *value);
                     }

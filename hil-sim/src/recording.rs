@@ -29,7 +29,7 @@ impl Column {
     /// Returns the column header: `master.POSITION[0] (m)`.
     #[must_use]
     pub fn header(&self) -> String {
-        let indices = in_brackets(&self.indices);
+        let indices = format_indices(&self.indices);
         let unit = if self.unit.is_empty() { String::new() } else { format!(" ({})", self.unit) };
         format!("{}.{}{indices}{unit}", self.source, self.signal)
     }
@@ -48,13 +48,13 @@ pub fn indices(shape: Shape, word: usize, dof: usize) -> Vec<usize> {
 
 /// Formats indices: `[0][1]`.
 #[must_use]
-pub fn in_brackets(indices: &[usize]) -> String {
+pub fn format_indices(indices: &[usize]) -> String {
     indices.iter().map(|index| format!("[{index}]")).collect()
 }
 
 /// Parts of a [`Recording`], sent to a listener during the run.
 #[derive(Debug, Clone)]
-pub enum Piece {
+pub enum RecordingChunk {
     /// Columns of the following rows: at the start and when columns are appended.
     Columns(Vec<Column>),
     /// Inputs of controllers, sent before the rows of the same ticks.
@@ -101,7 +101,7 @@ impl Recording {
 
     /// Limits the number of rows, for pictures of runs of any length: when full, every four rows become two, with the
     /// minimum and maximum of each column, and so do later rows. Peaks are preserved, their exact times are not.
-    pub fn thin_beyond(&mut self, rows: usize) {
+    pub fn limit_rows(&mut self, rows: usize) {
         self.max_rows = Some(rows.max(THINNED));
     }
 
@@ -246,7 +246,7 @@ mod tests {
         };
         let mut recording = Recording::new(vec![column("sine"), column("peak")]);
         if let Some(max_rows) = max_rows {
-            recording.thin_beyond(max_rows);
+            recording.limit_rows(max_rows);
         }
         for tick in 0..rows {
             let time_s = f64::from(tick) * 1e-3;

@@ -37,7 +37,7 @@ impl Display for RenamedKey {
 /// Replaces old keys in a TOML text; returns the new text and the replaced keys, each once. A text that is not TOML is
 /// returned unchanged.
 #[must_use]
-pub fn updated(text: &str) -> (Cow<'_, str>, Vec<RenamedKey>) {
+pub fn replace_renamed_keys(text: &str) -> (Cow<'_, str>, Vec<RenamedKey>) {
     let mut found = Vec::new();
     if let Ok(document) = DeTable::parse(text) {
         find(document.get_ref(), &mut found);
@@ -61,7 +61,7 @@ pub fn updated(text: &str) -> (Cow<'_, str>, Vec<RenamedKey>) {
 
 /// Replaces old parts of a dotted key, such as `hand.damping_ns_per_m`.
 #[must_use]
-pub fn updated_path(path: &str) -> (String, Option<RenamedKey>) {
+pub fn replace_renamed_path(path: &str) -> (String, Option<RenamedKey>) {
     let (mut parts, mut renamed) = (Vec::new(), None);
     for part in path.split('.').map(str::trim) {
         let key = RENAMED.iter().find(|key| key.old == part);
@@ -99,19 +99,19 @@ mod tests {
     fn old_keys_are_replaced_wherever_they_are_and_nothing_else() {
         let text =
             "a.size = 1\nname = \"size\" # size\n[[move]]\nstep = { at_s = 0.1, size = 2 }\nmost_duty = 3\n";
-        let (updated, keys) = updated(text);
+        let (updated, keys) = replace_renamed_keys(text);
         assert_eq!(
             updated,
             "a.amplitude = 1\nname = \"size\" # size\n[[move]]\nstep = { at_s = 0.1, amplitude = 2 }\nmax_duty = 3\n"
         );
         assert_eq!(keys.iter().map(|key| key.old).collect::<Vec<_>>(), ["size", "most_duty"]);
         assert!(keys[0].to_string().contains("`size` is now `amplitude`"));
-        assert_eq!(super::updated("size = "), (Cow::Borrowed("size = "), vec![]));
-        let (path, key) = updated_path("hand.damping_ns_per_m");
+        assert_eq!(super::replace_renamed_keys("size = "), (Cow::Borrowed("size = "), vec![]));
+        let (path, key) = replace_renamed_path("hand.damping_ns_per_m");
         assert_eq!(
             (path.as_str(), key.map(|key| key.new)),
             ("hand.damping_n_s_per_m", Some("damping_n_s_per_m"))
         );
-        assert_eq!(updated_path("seed"), ("seed".to_owned(), None));
+        assert_eq!(replace_renamed_path("seed"), ("seed".to_owned(), None));
     }
 }

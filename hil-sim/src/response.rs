@@ -36,10 +36,10 @@ use std::time::Instant;
 pub use border::StabilityLimit;
 pub use build::{LoadedController, loaded_controllers};
 pub use chain::{Chain, Controller};
-pub use linear_loop::{Held, LinearLoop, linear_loops};
-pub use live::{Hold, LiveRig, TELEMETRY_STREAMS};
+pub use linear_loop::{LinearLoop, LoopCondition, linear_loops};
+pub use live::{LiveRig, ReferenceOverride, TELEMETRY_STREAMS};
 pub use obstacle::Obstacle;
-pub use one_station::{Alone, one_station};
+pub use one_station::{SingleStation, one_station};
 use press::moved_by;
 
 use press::Planned;
@@ -56,12 +56,12 @@ use crate::observer::port_energy::PortEnergy;
 use crate::observer::reception::Reception;
 use crate::observer::round_trip::{RoundTrips, Ways};
 use crate::observer::saturation::Saturated;
-use crate::observer::watch::Watch;
+use crate::observer::watch::FaultMonitor;
 use crate::outcome::Outcome;
 use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::rig::Rig;
-use crate::rig_file::{HAND, LOAD, MoveSection, Part, RigFile};
+use crate::rig_file::{ControllerAxes, HAND, LOAD, MoveSection, RigFile};
 
 impl Experiment {
     /// Creates the experiment of a rig file, with all controllers in one process and in virtual time.
@@ -119,8 +119,8 @@ fn of_moves(
     rig: &Rig,
     alone: Option<(&str, &str)>,
 ) -> Result<Vec<Box<dyn Observer>>, ExperimentError> {
-    let is_here = |part: &Part<'_>| alone.is_none_or(|(name, _)| part.name() == name);
-    let parts: Vec<Part<'_>> = Part::of_all(file).into_iter().filter(is_here).collect();
+    let is_here = |part: &ControllerAxes<'_>| alone.is_none_or(|(name, _)| part.name() == name);
+    let parts: Vec<ControllerAxes<'_>> = ControllerAxes::all(file).into_iter().filter(is_here).collect();
     let mut follows = Vec::new();
     for (station, part) in parts.iter().enumerate() {
         follows.extend(moves::follows(file, part, station)?);
@@ -133,7 +133,7 @@ fn of_moves(
         Box::new(TrackingObserver::new(follows, loops)),
         Box::new(felt::feeling(file, None, alone.map(|(name, _)| name))?),
         Box::new(Saturated::new(rig)),
-        Box::new(Watch::new(rig, parts.iter().map(|part| part.device.ranges()))),
+        Box::new(FaultMonitor::new(rig, parts.iter().map(|part| part.device.ranges()))),
         Box::new(LimitCycleObserver::new(rig, |station| rests_s.get(station).cloned().unwrap_or_default())),
         Box::new(Reception { reports_silence: alone.is_none() }),
     ];
@@ -184,8 +184,10 @@ fn of_press(
     observers.push(Box::new(RoundTrips::new(ways)));
     observers.push(Box::new(felt::feeling(file, Some(planned), alone.map(|(name, _)| name))?));
     observers.push(Box::new(prediction::Prediction { chain: chain.clone(), dof: forces_n.len() }));
-    observers
-        .push(Box::new(Watch::new(rig, rig.stations().iter().filter_map(|station| ranges(&station.name)))));
+    observers.push(Box::new(FaultMonitor::new(
+        rig,
+        rig.stations().iter().filter_map(|station| ranges(&station.name)),
+    )));
     observers.push(Box::new(LimitCycleObserver::new(rig, |_| vec![pushed_s.clone()])));
     observers.push(Box::new(Reception { reports_silence: alone.is_none() }));
     match alone {
@@ -231,11 +233,12 @@ pub fn every_ticks(file: &RigFile) -> Result<Option<u32>, ExperimentError> {
 pub fn words_of_one_axis(file: &RigFile) -> Result<Option<[usize; 2]>, ExperimentError> {
     let mut file = file.clone();
     file.devices.iter_mut().for_each(|device| device.axes.truncate(1));
-    let Some(parts) = file.pressed() else { return Ok(None) };
+    let Some(parts) = file.press_pair() else { return Ok(None) };
     let mut words = [0; 2];
     for (words, part) in words.iter_mut().zip(&parts) {
         let mut dimsart = build::controller(&file, part)?;
-        *words = first_packet(&mut dimsart, part.link_out(&file)).map_or(0, |packet| packet.words.len());
+        *words =
+            first_packet(&mut dimsart, part.first_send_link(&file)).map_or(0, |packet| packet.words.len());
     }
     Ok(Some(words))
 }

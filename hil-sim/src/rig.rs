@@ -5,7 +5,7 @@
 //!                                        link ◀──bytes── Dimsart ──forces─────▶ plant (held for a tick)
 //! ```
 //! The controller is the same code as on a board ([`Dimsart::tick`](dimsart_core::Dimsart::tick)); it can also run
-//! [on a board](Station::move_to).
+//! [on a board](Station::run_on_board).
 
 mod arrivals;
 mod guarded;
@@ -23,11 +23,11 @@ pub use trace::TickTrace;
 
 use dimsart_core::envelope::Class;
 use dimsart_core::{Packet, PacketError, TickResult, Word};
-use dimsart_link::auth::{AuthError, Guard};
+use dimsart_link::auth::{AuthError, SecureChannel};
 
 use crate::bus::MediumReport;
-use crate::bus::time::tick_seconds;
-use crate::link::{Carried, Link, TransitTicks};
+use crate::bus::time::tick_time_s;
+use crate::link::{Link, Payload, TransitTicks};
 use crate::plant::Plant;
 use arrivals::Arrivals;
 use guarded::Guarded;
@@ -68,7 +68,7 @@ pub enum FrameOverride {
     /// Value.
     Value(f32),
     /// Value of another entry in the same tick.
-    Place(usize),
+    OtherEntry(usize),
 }
 
 impl Station {
@@ -118,7 +118,7 @@ impl Station {
 
     /// Returns the ticks of the rig per tick of its controller.
     #[must_use]
-    pub fn every_ticks(&self) -> usize {
+    pub fn ticks_per_step(&self) -> usize {
         usize::try_from(self.every_ticks).unwrap_or(usize::MAX)
     }
 
@@ -129,20 +129,20 @@ impl Station {
     }
 
     /// Overrides a frame entry from the next tick on.
-    pub fn show(&mut self, place: usize, shown: FrameOverride) {
+    pub fn override_entry(&mut self, place: usize, shown: FrameOverride) {
         self.shown.retain(|(changed, _)| *changed != place);
         self.shown.push((place, shown));
     }
 
     /// Returns the value of a frame entry in the last tick.
     #[must_use]
-    pub fn shown(&self, place: usize) -> Option<f32> {
+    pub fn entry_value(&self, place: usize) -> Option<f32> {
         self.sensed.get(place).copied()
     }
 
     /// Replaces the controller, and the guard of its link if the board has a key, by a board that was started with
     /// this station's controller.
-    pub fn move_to(&mut self, board: impl RemoteController + 'static) {
+    pub fn run_on_board(&mut self, board: impl RemoteController + 'static) {
         if board.is_authenticated() {
             self.guarded = None;
         }
@@ -182,8 +182,8 @@ impl Station {
         self.inputs.as_mut()
     }
 
-    /// [Enables motion](dimsart_core::Dimsart::allow_motion) from the next tick on, or disables it.
-    pub fn allow_motion(&mut self, is_allowed: bool) {
+    /// [Enables motion](dimsart_core::Dimsart::set_motion_allowed) from the next tick on, or disables it.
+    pub fn set_motion_allowed(&mut self, is_allowed: bool) {
         self.is_motion_allowed = is_allowed;
         self.inputs.iter_mut().for_each(|inputs| inputs.is_motion_allowed = is_allowed);
     }
@@ -194,7 +194,7 @@ impl Station {
     }
 
     /// Enables authentication of a link. Its clock counts ticks of a controller with period `period_s`.
-    pub fn guard(&mut self, link: usize, guard: Guard, period_s: f64) {
+    pub fn enable_authentication(&mut self, link: usize, guard: SecureChannel, period_s: f64) {
         self.guarded = Some(Guarded::new(link, guard, period_s));
     }
 
@@ -235,9 +235,9 @@ impl Station {
         self.last_tick == TickResult::Ran || self.command.iter().any(|command| *command != 0.0)
     }
 
-    fn receive(&mut self, tick: u64, link: usize, carried: Carried) {
+    fn receive(&mut self, tick: u64, link: usize, carried: Payload) {
         match carried {
-            Carried::Packet(packet) if self.takes_packet(link, &packet) => {
+            Payload::Packet(packet) if self.takes_packet(link, &packet) => {
                 let packet = Ok(packet);
                 // Fails only for a nonexistent link.
                 if self.dimsart.receive_parsed(link, &packet).is_ok()
@@ -289,23 +289,23 @@ impl Station {
         }
     }
 
-    fn send(&mut self, link: usize, mut carry: impl FnMut(Carried)) {
+    fn send(&mut self, link: usize, mut carry: impl FnMut(Payload)) {
         let Self { guarded, remote, dimsart, trace, .. } = self;
         let mut guarded = guarded.as_mut().filter(|guarded| guarded.link == link);
         if let Some(guarded) = &mut guarded {
             guarded.tick();
             guarded.send_handshake(|bytes| carry(bytes.into()));
         }
-        let mut carry = |content: Carried| match &mut guarded {
+        let mut carry = |content: Payload| match &mut guarded {
             Some(guarded) => guarded.seal(&content.into_bytes(), |bytes| carry(bytes.into())),
             None => carry(content),
         };
         match remote {
-            Some(remote) => remote.outgoing(link).map(Carried::from).for_each(carry),
+            Some(remote) => remote.outgoing(link).map(Payload::from).for_each(carry),
             None => {
                 if let Some(packet) = dimsart.take_outgoing(link) {
                     trace.iter_mut().for_each(|trace| trace.sent.push((link, packet.clone())));
-                    carry(Carried::Packet(packet));
+                    carry(Payload::Packet(packet));
                 }
             }
         }
@@ -316,7 +316,7 @@ impl Station {
         for (place, shown) in &self.shown {
             let value = match shown {
                 FrameOverride::Value(value) => *value,
-                FrameOverride::Place(other) => self.sensed.get(*other).copied().unwrap_or_default(),
+                FrameOverride::OtherEntry(other) => self.sensed.get(*other).copied().unwrap_or_default(),
             };
             self.sensed.iter_mut().skip(*place).take(1).for_each(|word| *word = value);
         }
@@ -324,7 +324,7 @@ impl Station {
             *word = Word::from(*sensed);
         }
         self.inputs.iter_mut().for_each(|inputs| self.measured.clone_into(&mut inputs.measured));
-        self.dimsart.allow_motion(self.is_motion_allowed);
+        self.dimsart.set_motion_allowed(self.is_motion_allowed);
         self.last_tick = match &mut self.remote {
             None => match &mut self.trace {
                 None => self.dimsart.tick(&self.measured, &mut self.commanded),
@@ -364,7 +364,7 @@ pub enum AuthenticationFailure {
 
 /// End of a link: station and link number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct End {
+pub struct StationLink {
     /// Index of the station.
     pub station: usize,
     /// Link number in the station's Data Base.
@@ -373,8 +373,8 @@ pub struct End {
 
 #[derive(Debug)]
 struct Connection {
-    from: End,
-    to: End,
+    from: StationLink,
+    to: StationLink,
     link: Box<dyn Link>,
 }
 
@@ -401,7 +401,7 @@ impl Rig {
     }
 
     /// Connects a link from `from` to `to`. For a link to another process both ends are equal.
-    pub fn connect(&mut self, from: End, to: End, link: Box<dyn Link>) {
+    pub fn connect(&mut self, from: StationLink, to: StationLink, link: Box<dyn Link>) {
         self.connections.push(Connection { from, to, link });
     }
 
@@ -458,11 +458,11 @@ impl Rig {
     /// Returns the virtual time, `s`.
     #[must_use]
     pub fn time_s(&self) -> f64 {
-        tick_seconds(self.tick, self.period_s)
+        tick_time_s(self.tick, self.period_s)
     }
 
     /// Takes the error of a station's board, with the station's name; its device then gets force 0.
-    pub fn trouble(&mut self) -> Option<(String, RemoteError)> {
+    pub fn take_board_error(&mut self) -> Option<(String, RemoteError)> {
         let taken =
             |station: &mut Station| station.trouble.take().map(|trouble| (station.name.clone(), trouble));
         self.stations.iter_mut().find_map(taken)
@@ -480,7 +480,7 @@ impl Rig {
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
             {
                 let end = connection.to.link;
-                connection.link.receive_carried(tick, &mut |carried| station.receive(tick, end, carried));
+                connection.link.receive_payload(tick, &mut |carried| station.receive(tick, end, carried));
             }
             station.tick();
             for connection in
@@ -490,7 +490,7 @@ impl Rig {
                 if station.resets_links {
                     link.reset(tick);
                 }
-                station.send(connection.from.link, |carried| link.send_carried(tick, carried));
+                station.send(connection.from.link, |carried| link.send_payload(tick, carried));
             }
             station.resets_links = false;
         }
@@ -500,7 +500,7 @@ impl Rig {
     pub fn advance(&mut self) {
         let start_s = self.time_s();
         for station in &mut self.stations {
-            station.plant.switch(station.is_driven());
+            station.plant.set_enabled(station.is_driven());
             station.plant.advance(start_s, self.period_s, &station.command);
             if station.is_due(self.tick) {
                 station.inputs.iter_mut().for_each(Inputs::clear);

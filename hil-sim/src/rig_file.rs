@@ -23,13 +23,13 @@
 //! The suffix of a key is its unit. Keys of rotary or linear axes have no suffix: rad or m, N m or N. Paths are
 //! relative to the file's folder.
 
-mod around;
 mod axis;
 mod bus;
 mod check;
 mod controller;
 mod data_type;
 mod device;
+mod environment;
 mod error;
 mod geometry;
 mod media;
@@ -45,13 +45,13 @@ use std::path::{Path, PathBuf};
 
 use crate::renamed_keys::{self, RenamedKey};
 use crate::schemes::suggestion;
-pub use around::{AxisHand, AxisSpring, AxisWall, EnvironmentKind, RIGID_STIFFNESS, WallSide};
 pub use axis::{ActuatorSection, AxisSection, AxisUnit};
 pub use bus::{BusSection, IdealSection};
 pub use controller::{ControllerSection, LinkSection};
 pub use data_type::TypeSection;
 pub use device::{DeviceSection, WatchSection};
 use dimsart_core::{DataType, ModuleKinds, types};
+pub use environment::{AxisHand, AxisSpring, AxisWall, EnvironmentKind, RIGID_STIFFNESS, WallSide};
 pub use error::RigFileError;
 pub use geometry::{AxisGeometry, Geometry};
 pub use media::{CanSection, DelayKind, UartSection, UdpSection};
@@ -60,7 +60,7 @@ pub use moves::{
     Sine, Step,
 };
 pub use parameter::ParameterSection;
-pub use part::Part;
+pub use part::ControllerAxes;
 use serde::{Deserialize, Serialize};
 use set::Setting;
 use toml::Table;
@@ -167,7 +167,7 @@ impl Default for RecordSection {
 }
 
 /// Default rig of a run without a file, and of a settings file without `rig`.
-pub const USUAL: &str = "bilateral";
+pub const DEFAULT_RIG_NAME: &str = "bilateral";
 
 /// Returns the value of a key in a text.
 fn text_of_key(text: &str, key: &str) -> Option<String> {
@@ -184,7 +184,7 @@ impl RigFile {
 
     /// Loads the file at `path` and applies each of `sets` (`device.joint.axis.0.plant.load.inertia=0.02`, or the
     /// name of a [parameter](ParameterSection)). A file without devices contains settings of the shipped rig named by
-    /// its key `rig`, default [`USUAL`].
+    /// its key `rig`, default [`DEFAULT_RIG_NAME`].
     ///
     /// # Errors
     /// The file cannot be read or is not TOML, has unknown keys or invalid values, or its keys conflict.
@@ -236,7 +236,7 @@ impl RigFile {
         // A shipped rig has the new keys: it is parsed once.
         let (text, mut renamed) = match is_shipped {
             true => (text.into(), Vec::new()),
-            false => renamed_keys::updated(text),
+            false => renamed_keys::replace_renamed_keys(text),
         };
         renamed.extend(settings.iter_mut().filter_map(Setting::update));
         let text = text.as_ref();
@@ -248,10 +248,14 @@ impl RigFile {
         let file = match set::apply_all(text, own, &settings) {
             Ok(file) if errors.is_empty() => Self { renamed_keys: renamed, ..file.completed(folder) },
             Ok(_) if errors.len() == 1 => return Err(errors.remove(0)),
-            Ok(_) => return Err(RigFileError::Sets(errors)),
+            Ok(_) => return Err(RigFileError::InvalidSettings(errors)),
             Err(error) => {
                 errors.insert(0, error);
-                return Err(if errors.len() == 1 { errors.remove(0) } else { RigFileError::Sets(errors) });
+                return Err(if errors.len() == 1 {
+                    errors.remove(0)
+                } else {
+                    RigFileError::InvalidSettings(errors)
+                });
             }
         };
         let mut problems = file.problems();
@@ -263,7 +267,7 @@ impl RigFile {
             return Ok(file);
         }
         let at_fault = if is_sound { sets.to_vec() } else { Vec::new() };
-        Err(RigFileError::Wrong { name: name.to_owned(), sets: at_fault, problems })
+        Err(RigFileError::InvalidKeys { name: name.to_owned(), sets: at_fault, problems })
     }
 
     /// Adds everything derived from the file.
@@ -312,7 +316,7 @@ impl RigFile {
     pub fn data_type(&self, name: &str) -> Option<&'static DataType> {
         let mut own = self.types.iter().zip(data_type::FIRST_OWN..);
         let own = own.find(|(section, _)| section.name == name);
-        own.and_then(|(section, id)| section.data_type(id)).or_else(|| types::by_name(name))
+        own.and_then(|(section, id)| section.data_type(id)).or_else(|| types::find_by_name(name))
     }
 
     /// Whether a device has sensors for a type; otherwise it is a reference.

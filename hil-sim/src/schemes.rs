@@ -6,8 +6,8 @@ mod load;
 mod rows;
 mod setting;
 
-pub use explain::Explained;
-pub use load::{Loaded, load, load_for};
+pub use explain::SchemeErrorMessage;
+pub use load::{LoadReport, load, load_for};
 pub use rows::{entry_text, rows, value_text};
 pub use setting::Setting;
 
@@ -15,7 +15,7 @@ use std::path::Path;
 
 use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
 
-use crate::foreign_text::visible_lines;
+use crate::untrusted_text::escape_lines;
 
 /// Sides that a scheme can address.
 pub const SIDES: &[&str] = &["master", "slave"];
@@ -111,7 +111,7 @@ impl SchemeText {
                 None => Err(SchemeFileError::UnknownScheme { name }),
             },
             None => match std::fs::read_to_string(&name) {
-                Ok(text) => Ok(Self { name, text: visible_lines(&text) }),
+                Ok(text) => Ok(Self { name, text: escape_lines(&text) }),
                 Err(source) => Err(SchemeFileError::Unreadable { name, source }),
             },
         }

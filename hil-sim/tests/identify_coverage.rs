@@ -6,7 +6,7 @@
     reason = "in helpers of tests as in tests"
 )]
 
-use hil_sim::identify::{Experiment, ForceIs, Quantity, identify};
+use hil_sim::identify::{Experiment, ForceTiming, Quantity, identify};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 use std::f64::consts::TAU;
@@ -102,7 +102,7 @@ fn coverage(kind: &Kind, seeds: u64) -> [u32; 2] {
             period_s: kind.period_s,
             position: &position,
             force: &force,
-            force_is: ForceIs::Measured,
+            force_timing: ForceTiming::Measured,
             turns: kind.turns,
             others: &[],
         });

@@ -13,7 +13,7 @@ use dimsart_core::{Command, TickResult, types};
 use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use hil_sim::pipe::Pipe;
 use hil_sim::response::LiveRig;
-use hil_sim::rig_file::Part;
+use hil_sim::rig_file::ControllerAxes;
 use hil_sim::rig_file::{MoveSection, RigFile, SHIPPED};
 use std::io::Write;
 
@@ -56,7 +56,7 @@ impl Bench {
         let file = RigFile::read(RigFile::shipped(name).unwrap(), name, PathBuf::new(), &sets).unwrap();
         let (live, lines) = LiveRig::new(&file).unwrap();
         let mut axes = Vec::new();
-        for (station, part) in Part::of_all(&file).iter().enumerate() {
+        for (station, part) in ControllerAxes::all(&file).iter().enumerate() {
             for (axis, of_device) in part.axes.iter().copied().enumerate() {
                 let place = |name: &str| {
                     let row = part.device.measures.iter().position(|measured| measured == name);
@@ -115,13 +115,13 @@ impl Bench {
                 assert!(share <= SHARE, "{}, axis {}, {at}: {force}", station.name, axis.axis);
                 largest = largest.max(share);
                 let Some(reference) = &mut axis.reference else { continue };
-                let now = f64::from(station.shown(reference.place).unwrap());
+                let now = f64::from(station.entry_value(reference.place).unwrap());
                 let is_commanded = station.last_tick == TickResult::Ran;
                 match reference.last {
                     _ if !is_commanded => {}
                     // Armed in this tick.
                     None => {
-                        let position = reference.position.and_then(|place| station.shown(place));
+                        let position = reference.position.and_then(|place| station.entry_value(place));
                         let is_at_it = position.is_none_or(|position| f64::from(position) == now);
                         assert!(is_at_it, "{}, {at}: {now} at {position:?}", station.name);
                     }

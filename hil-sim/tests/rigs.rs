@@ -527,11 +527,11 @@ fn the_shipped_experiment_identifies_its_joint_within_half_a_percent() {
     let file = RigFile::read(text, "identify", PathBuf::new(), &[]).unwrap();
     let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
     let (position, force) = (column(&run, "joint", "POSITION"), column(&run, "joint", "FORCE"));
-    let (position, force, force_is) = (&position[..], &force[..], identify::ForceIs::Measured);
+    let (position, force, force_timing) = (&position[..], &force[..], identify::ForceTiming::Measured);
     let experiment =
-        identify::Experiment { period_s: 1e-3, position, force, force_is, turns: true, others: &[] };
+        identify::Experiment { period_s: 1e-3, position, force, force_timing, turns: true, others: &[] };
     let found = identify::identify(&experiment).unwrap();
-    let truth = identify::truth(file.devices[0].axes[0].plant.as_ref().unwrap(), true).unwrap();
+    let truth = identify::true_parameters(file.devices[0].axes[0].plant.as_ref().unwrap(), true).unwrap();
     for (quantity, truth) in truth {
         let (value, half_width) = found.of(quantity).unwrap();
         // What is 0 is inside of its interval, or small beside the weight.

@@ -26,7 +26,7 @@ fn every_wrong_key_is_named_at_once_with_what_does_not_go_together() {
         margins = "yes"
     "#;
     let error = RigFile::read(text, "my.toml", PathBuf::new(), &[]).unwrap_err();
-    assert!(!error.is_usage());
+    assert!(!error.is_usage_error());
     let expected = [
         "cannot run my.toml:",
         "line 2, column 22: `duration_s` is string \"long\", must be a number",
@@ -71,6 +71,6 @@ fn every_wrong_set_is_named_and_keys_that_go_together_are_set_together() {
     ] {
         let error = read(sets).unwrap_err();
         assert_eq!(error.to_string(), expected);
-        assert!(error.is_usage());
+        assert!(error.is_usage_error());
     }
 }

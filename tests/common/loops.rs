@@ -8,7 +8,7 @@
 
 use dimsart_core::DataType;
 use hil_sim::experiment::Experiment;
-use hil_sim::plant::{Joint, JointParameters, Joints, Push, StopsParameters};
+use hil_sim::plant::{ExternalForce, Joint, JointParameters, Joints, StopsParameters};
 use hil_sim::rig::Rig;
 use hil_sim::rig_file::{RIGID_STIFFNESS, RigFile};
 
@@ -45,7 +45,7 @@ pub(crate) fn delays(forward_ticks: u32, backward_ticks: u32) -> String {
 }
 
 /// A moving mass and the external force on it.
-pub(crate) type Axis = (Joint, Option<Push>);
+pub(crate) type Axis = (Joint, Option<ExternalForce>);
 
 /// The environment of an axis; some test programs use only a part.
 #[allow(dead_code, reason = "shared by programs of tests")]
@@ -59,7 +59,7 @@ pub(crate) enum Met {
 }
 
 /// A mass with a damper to ground, at rest at 0, with its environment and external force.
-pub(crate) fn axis(mass_kg: f64, damping_n_s_per_m: f64, met: Met, push: Option<Push>) -> Axis {
+pub(crate) fn axis(mass_kg: f64, damping_n_s_per_m: f64, met: Met, push: Option<ExternalForce>) -> Axis {
     let mut joint = JointParameters::of_inertia(mass_kg);
     joint.load.damping = damping_n_s_per_m;
     match met {
@@ -74,7 +74,7 @@ pub(crate) fn axis(mass_kg: f64, damping_n_s_per_m: f64, met: Met, push: Option<
 }
 
 /// A force as a function of time, held during each tick.
-pub(crate) fn push(force_n: impl Fn(f64) -> f64 + Send + 'static) -> Option<Push> {
+pub(crate) fn push(force_n: impl Fn(f64) -> f64 + Send + 'static) -> Option<ExternalForce> {
     Some(Box::new(force_n))
 }
 

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use dimsart_core::TickResult;
-use hil_sim::plant::Push;
+use hil_sim::plant::ExternalForce;
 use hil_sim::rig::Station;
 
 use crate::line::Loop;
@@ -11,7 +11,7 @@ use crate::loops::{Met, SLAVE, axis, push, rig};
 use test_requirements::length;
 
 /// A hand that never releases the device.
-fn swing() -> Option<Push> {
+fn swing() -> Option<ExternalForce> {
     push(|t| 2.0 * libm::sin(2.0 * PI * 0.7 * t))
 }
 

@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use dimsart_core::{Command, TickResult, types};
 use hil_sim::link::{InProcess, InProcessParameters, Link};
-use hil_sim::plant::{Joints, Push};
-use hil_sim::rig::{End, Rig, SimulatedDimsart, Station};
+use hil_sim::plant::{ExternalForce, Joints};
+use hil_sim::rig::{Rig, SimulatedDimsart, Station, StationLink};
 
 use crate::loops::{MASTER, Met, SLAVE, TICK_S, axis, delays, rig, signal};
 
@@ -59,7 +59,7 @@ impl Loop {
     /// Implicit form, 10 ticks each way. `loses` is called for every packet, by receiving station.
     pub(crate) fn new<F: FnMut(u64) -> bool + Send + 'static>(
         settings: &str,
-        hand: Option<Push>,
+        hand: Option<ExternalForce>,
         loses: [F; 2],
     ) -> Self {
         let settings = format!("wave.form=implicit {} {settings}", delays(10, 10));
@@ -67,7 +67,8 @@ impl Loop {
         let mut shipped = rig(&settings, master, slave);
         let mut rig = Rig::new(TICK_S);
         for station in shipped.stations_mut() {
-            let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::unconnected()));
+            let dimsart =
+                std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::without_device()));
             let plant = std::mem::replace(&mut station.plant, Box::new(Joints::new(Vec::new())));
             rig.add(Station::new(&station.name, dimsart, plant));
         }
@@ -76,7 +77,7 @@ impl Loop {
         let watched = [watched(&sides[MASTER].1), watched(&sides[SLAVE].1)];
         for ((loses, arrivals), [from, to]) in sides.into_iter().zip([[SLAVE, MASTER], [MASTER, SLAVE]]) {
             let line = InProcess::new(InProcessParameters::default(), 0);
-            let [from, to] = [from, to].map(|station| End { station, link: 0 });
+            let [from, to] = [from, to].map(|station| StationLink { station, link: 0 });
             rig.connect(from, to, Box::new(LossyLink { line, loses, arrivals }));
         }
         Self { rig, sides: watched }

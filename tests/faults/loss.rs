@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use hil_sim::observer::channel_energy::ChannelEnergy;
-use hil_sim::plant::Push;
+use hil_sim::plant::ExternalForce;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
@@ -19,7 +19,7 @@ const NOTHING_J: f64 = 1e-9;
 const FAR_M: f64 = 0.5;
 
 /// Oscillates with 2 N at 0.7 Hz until 10 s before the end.
-fn swing(duration_s: f64) -> Option<Push> {
+fn swing(duration_s: f64) -> Option<ExternalForce> {
     let force = move |t| if t < duration_s - 10.0 { 2.0 * libm::sin(2.0 * PI * 0.7 * t) } else { 0.0 };
     push(force)
 }
@@ -42,7 +42,7 @@ fn run(mut both: Loop, ticks: u64, what: &str) -> [bool; 2] {
             before_m = positions_m;
         }
     }
-    let smallest_j = energy.smallest_j().unwrap();
+    let smallest_j = energy.min_j().unwrap();
     assert!(smallest_j >= -NOTHING_J, "{what}: {smallest_j:e} J");
     for (now_m, before_m) in both.positions_m().into_iter().zip(before_m) {
         assert!(

@@ -52,13 +52,13 @@ impl Case {
         let outputs: Vec<&'static DataType> = self
             .inputs
             .keys()
-            .map(|name| types::by_name(name).unwrap_or_else(|| panic!("no type {name}")))
+            .map(|name| types::find_by_name(name).unwrap_or_else(|| panic!("no type {name}")))
             .collect();
         let widest = self.inputs.values().chain(self.expected.values()).map(|signal| signal[0].len());
         let kind = if self.axis == "linear" { AxisKind::Linear } else { AxisKind::Rotary };
         let axes = vec![kind; widest.max().unwrap()];
         let device = DeviceDescriptor::new("case", axes.leak(), self.period_s, outputs.clone().leak(), &[]);
-        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap();
         let named: BTreeSet<&str> =
             self.rows.lines().filter_map(|row| row.split_whitespace().next()).collect();
         let is_on = |module: &str| self.rows.contains(&format!("MOD_ON {module}\n"));

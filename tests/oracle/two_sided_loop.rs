@@ -9,8 +9,8 @@
 //! and 5000 `N/m`, or 1e-5 of the forces here. Waves transmit the deviation. Free devices move farthest and
 //! deviate most, by up to 3.4e-5; devices at a wall by 2e-6.
 use dimsart_core::{DataType, types};
-use hil_sim::plant::Push;
-use hil_sim::response::{Held, linear_loops};
+use hil_sim::plant::ExternalForce;
+use hil_sim::response::{LoopCondition, linear_loops};
 use serde::Deserialize;
 
 use crate::evidence::{self, Compared, Evidence, column};
@@ -85,8 +85,9 @@ fn run(case: &Case, forces_n: Vec<f64>, ticks: usize) -> Vec<Vec<f64>> {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the number of a tick")]
     let hand = push(move |t| forces_n[(t / TICK_S).round() as usize]);
     let stiffness_n_per_m = case.wall_stiffness_n_per_m;
-    let device =
-        |side: &Side, met, push: Option<Push>| axis(side.mass_kg, side.device_damping_n_s_per_m, met, push);
+    let device = |side: &Side, met, push: Option<ExternalForce>| {
+        axis(side.mass_kg, side.device_damping_n_s_per_m, met, push)
+    };
     let wall = Met::Spring(stiffness_n_per_m);
     let mut rig = rig(&settings, device(&case.master, Met::Nothing, hand), device(&case.slave, wall, None));
     let run = (0..ticks).map(|_| {
@@ -134,17 +135,18 @@ fn loops_grow_by_the_largest_eigenvalue_of_python_control() {
             row.wall_stiffness_n_per_m,
         ));
         let loops = linear_loops(&file).unwrap();
-        for (held, expected) in
-            [(Held::Free, row.free_growth_per_tick), (Held::Contact, row.contact_growth_per_tick)]
-        {
+        for (held, expected) in [
+            (LoopCondition::Free, row.free_growth_per_tick),
+            (LoopCondition::Contact, row.contact_growth_per_tick),
+        ] {
             let found = loops.iter().find(|one| one.held == held).unwrap();
             let growth = found.growth_per_tick.unwrap();
             let within = 2e-5 + 0.3 * (1.0 - expected).max(0.0);
             let ticks = [row.forward_delay_ticks, row.backward_delay_ticks];
             println!("{} {ticks:?} {held:?}: {growth:.6} for {expected:.6}", row.order);
             assert!((growth - expected).abs() < within, "{growth} for {expected}");
-            assert_eq!(found.grows(), expected > 1.0);
-            growing += u32::from(found.grows());
+            assert_eq!(found.is_unstable(), expected > 1.0);
+            growing += u32::from(found.is_unstable());
         }
     }
     assert!(growing >= 10, "{growing} of the loops grow");

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use hil_sim::experiment::Experiment;
 use hil_sim::outcome::Outcome;
-use hil_sim::response::Held;
+use hil_sim::response::LoopCondition;
 
 use crate::loops::bilateral;
 
@@ -41,7 +41,7 @@ fn a_loop_that_has_hardly_begun_to_grow_is_not_stable() {
                 link.backward_delay_ticks=49 master.time_delay_ticks=0 slave.time_delay_ticks=0 duration_s=0.5";
     let outcome = outcome(slow);
     assert!(!outcome.stable && outcome.limit_cycles.is_empty());
-    let free = outcome.loops.iter().find(|one| one.held == Held::Free).unwrap();
+    let free = outcome.loops.iter().find(|one| one.held == LoopCondition::Free).unwrap();
     assert!((free.growth_per_tick.unwrap() - 1.000_283).abs() < 1e-5, "{free:?}");
     let says = |part: &str| outcome.faults.iter().any(|fault| fault.contains(part));
     assert!(

@@ -119,7 +119,7 @@ fn an_axis_that_gives_energy_away_does_not_hide_behind_another() {
     }
     println!("smallest by axis {smallest_j:?} J, of both {smallest_of_both_j} J");
     assert!(smallest_j[1] < -1e-9 && smallest_j[0] > smallest_j[1] && smallest_of_both_j > 0.0);
-    assert_eq!(account.smallest_j(), Some(smallest_j[1]));
+    assert_eq!(account.min_j(), Some(smallest_j[1]));
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use std::sync::atomic::AtomicBool;
 
 use hil_sim::experiment::Experiment;
-use hil_sim::observer::watch::{Alarm, Ranges, Watch};
+use hil_sim::observer::watch::{Alarm, FaultMonitor, Ranges};
 use hil_sim::outcome::{LinearLoop, Outcome};
 use hil_sim::rig::Rig;
 
@@ -18,7 +18,7 @@ fn outcome(settings: &str) -> Outcome {
 
 /// Returns the first alarm within `ticks`.
 fn alarm(rig: &mut Rig, limits: Ranges, ticks: u64) -> Option<Alarm> {
-    let mut watch = Watch::new(rig, [limits; 2]);
+    let mut watch = FaultMonitor::new(rig, [limits; 2]);
     (0..ticks).find_map(|_| {
         rig.tick();
         let alarm = watch.check(rig);
@@ -76,7 +76,7 @@ fn a_run_that_ends_before_its_range_is_left_is_not_stable_all_the_same() {
     assert!(!outcome.stable && outcome.ticks == 400);
     // After the known faults of its linear loops, each of which grows.
     let [_, _, _, fault] = outcome.faults.as_slice() else { panic!("{:?}", outcome.faults) };
-    assert!(outcome.loops.iter().all(LinearLoop::grows), "{:?}", outcome.loops);
+    assert!(outcome.loops.iter().all(LinearLoop::is_unstable), "{:?}", outcome.loops);
     for part in [
         "master ",
         " wave of axis ",

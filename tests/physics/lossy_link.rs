@@ -43,7 +43,7 @@ fn swung(link: &str) -> Aftermath {
     }
     let at = |side, data_type: &DataType| signal(&rig, side, data_type);
     Aftermath {
-        smallest_j: energy.smallest_j().unwrap(),
+        smallest_j: energy.min_j().unwrap(),
         sent,
         drift_m: (at(MASTER, types::DES_POSITION) - at(SLAVE, types::DES_POSITION)).abs(),
         force_n: at(MASTER, types::DES_FORCE).abs(),

@@ -107,7 +107,7 @@ fn echoes_die_by_the_product_of_both_reflections() {
             for _ in 0..6 {
                 (0..1000).for_each(|_| rig.step());
                 let mut seen = [0.0; 2];
-                rig.stations()[MASTER].plant.look(0, &mut seen);
+                rig.stations()[MASTER].plant.read_quantities(0, &mut seen);
                 let [_, speed_m_per_s] = seen;
                 let error = speed_m_per_s / expected_m_per_s - 1.0;
                 println!("{form:8} {master} and {slave} N s/m: {speed_m_per_s:.6} m/s, {error:+.1e}");

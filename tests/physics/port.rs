@@ -18,7 +18,7 @@ impl Port {
     /// Creates a controller for a device with these measured types and rows `MODULE COMMAND VALUE`.
     pub(crate) fn new(period_s: f64, measured: &'static [&'static DataType], rows: &str) -> Self {
         let device = DeviceDescriptor::new("port", &[AxisKind::Linear], period_s as f32, measured, &[]);
-        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap();
         let rows = rows.lines().map(|row| format!("all {row}\n")).collect::<String>();
         let rows = rows + "all MOD_ENG MATCHING_CHECK\n";
         let mut errors = Vec::new();

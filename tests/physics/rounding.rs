@@ -1,7 +1,7 @@
 //! Effect of rounding on long contact with a wall.
 
 use hil_sim::experiment;
-use hil_sim::observer::creep::by_rounding_m_per_s;
+use hil_sim::observer::creep::rounding_creep_m_per_s;
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::BUILT_IN;
 
@@ -41,7 +41,7 @@ fn a_hand_in_contact_creeps_by_less_than_the_bound_of_rounding() {
         let crept_m_per_s = (at(39_000) - at(15_000)) / 24.0;
         let force_n = forces_n.last().unwrap().abs();
         assert!(force_n > 4.0, "{force_n} N: it is not in contact");
-        let bound_m_per_s = 2.0 * by_rounding_m_per_s(force_n, impedance.parse().unwrap());
+        let bound_m_per_s = 2.0 * rounding_creep_m_per_s(force_n, impedance.parse().unwrap());
         assert!(
             crept_m_per_s.abs() < bound_m_per_s,
             "b = {impedance}: {crept_m_per_s} m/s, bound {bound_m_per_s}"

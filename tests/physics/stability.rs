@@ -8,13 +8,13 @@ use std::sync::atomic::AtomicBool;
 
 use dimsart_core::types;
 use hil_sim::experiment::{Experiment, Run};
-use hil_sim::plant::Push;
+use hil_sim::plant::ExternalForce;
 use hil_sim::rig::Rig;
 
 use crate::loops::{MASTER, Met, TICK_S, axis, bilateral, delays, push, rig, signal};
 
 /// The loop of this file, with the slave `in_contact` or free, and a hand's force.
-pub(crate) fn held(settings: &str, in_contact: bool, hand: Option<Push>) -> Rig {
+pub(crate) fn held(settings: &str, in_contact: bool, hand: Option<ExternalForce>) -> Rig {
     let met = if in_contact { Met::Spring(1e4) } else { Met::Nothing };
     rig(settings, axis(0.1, 8.0, Met::Nothing, hand), axis(0.5, 8.0, met, None))
 }
@@ -32,7 +32,7 @@ fn peak_n(rig: &mut Rig, ticks: u64) -> f64 {
 
 /// A small force that changes sign in every tick and grows by `growth`, faded in and out over `ticks`: it
 /// excites the loop at half the sample rate, where the printed order grows fastest.
-fn shake(ticks: u64, growth: f64) -> Option<Push> {
+fn shake(ticks: u64, growth: f64) -> Option<ExternalForce> {
     let length = ticks as f64;
     push(move |t| {
         let tick = (t / TICK_S).round();
@@ -72,7 +72,7 @@ fn the_printed_order_grows_as_its_spectral_radius_says() {
 }
 
 /// A force for 0.1 s, `N`.
-pub(crate) fn nudge() -> Option<Push> {
+pub(crate) fn nudge() -> Option<ExternalForce> {
     push(|t| if t < 0.1 { 2.0 } else { 0.0 })
 }
 

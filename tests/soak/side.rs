@@ -1,8 +1,8 @@
 //! A side of the experiment with its own clock.
 
-use dimsart_core::{Packet, Reason, TickResult, TypeRef, Word, types};
+use dimsart_core::{Packet, SafetyReason, TickResult, TypeRef, Word, types};
 use hil_sim::experiment::Experiment;
-use hil_sim::plant::{Joint, JointParameters, Joints, Plant, Push, StopsParameters};
+use hil_sim::plant::{ExternalForce, Joint, JointParameters, Joints, Plant, StopsParameters};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
 
@@ -38,7 +38,7 @@ pub(crate) struct Side {
 impl Side {
     pub(crate) fn master(period_ns: u64) -> Self {
         // A hand of 0.05 kg, 10 N s/m and 300 N/m.
-        let hand = |axis: usize| -> Push {
+        let hand = |axis: usize| -> ExternalForce {
             let center_m = CENTERS_M[axis];
             let rad_per_s = std::f64::consts::TAU * FREQUENCIES_HZ[axis];
             Box::new(move |t| 300.0 * (center_m + AMPLITUDE_M * libm::sin(rad_per_s * t)))
@@ -54,11 +54,11 @@ impl Side {
         Self::new(1, period_ns, [(); DOF].map(|()| (free.build().unwrap(), None)))
     }
 
-    fn new(station: usize, period_ns: u64, axes: [(Joint, Option<Push>); DOF]) -> Self {
+    fn new(station: usize, period_ns: u64, axes: [(Joint, Option<ExternalForce>); DOF]) -> Self {
         let file = RigFile::from_shipped("bilateral", &SETTINGS.map(str::to_owned)).unwrap();
         let mut experiment = Experiment::new(&file).unwrap();
         let station = &mut experiment.rig_mut().stations_mut()[station];
-        let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::unconnected()));
+        let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::without_device()));
         let slot = |signal: TypeRef| dimsart.engine().data_base().slot(signal).unwrap();
         let slots = [types::CH1_WAVES.first(), types::CH2_WAVES.first(), types::LINK_AGE.first()].map(slot);
         Self {
@@ -136,7 +136,7 @@ impl Side {
     }
 
     /// Returns every reason with its number of ticks.
-    pub(crate) fn reasons(&self) -> Vec<(Reason, u32)> {
+    pub(crate) fn reasons(&self) -> Vec<(SafetyReason, u32)> {
         self.dimsart.safety().counts().iter().filter(|(_, ticks)| *ticks > 0).collect()
     }
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use boards::BOARDS;
-use boards::catalogue::{BoardInfo, CALLS};
-use cycles::declared::Declared;
+use boards::catalogue::{BoardInfo, INDIRECT_CALLS};
+use cycles::declarations::CallDeclarations;
 use object::elf::FileHeader32;
 use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
@@ -103,8 +103,8 @@ pub(crate) fn read_image(file: &Path) -> Result<cycles::image::Image, String> {
 }
 
 /// Returns the indirect calls, which machine code does not contain.
-pub(crate) fn declared() -> Result<Declared, String> {
-    Declared::read(CALLS).map_err(|error| format!("boards/calls.txt, {error}"))
+pub(crate) fn declared() -> Result<CallDeclarations, String> {
+    CallDeclarations::read(INDIRECT_CALLS).map_err(|error| format!("boards/calls.txt, {error}"))
 }
 
 /// Builds images into [`image_folder`], which is cleared first.

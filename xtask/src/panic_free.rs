@@ -8,9 +8,9 @@
 
 use std::collections::BTreeSet;
 
-use cycles::declared::Name;
+use cycles::declarations::NamePattern;
 use cycles::image::Image;
-use cycles::reach;
+use cycles::reachability;
 
 use crate::boards::{self, build_all, declared};
 use crate::shell::Outcome;
@@ -73,22 +73,22 @@ pub(crate) fn run() -> Outcome {
 
 /// Follows every path of the images' ticks.
 pub(crate) fn hold(images: &[boards::Image]) -> Outcome {
-    let allowed = ALLOWED.map(Name::new);
+    let allowed = ALLOWED.map(NamePattern::new);
     let declared = declared()?;
     for image in images {
         let (name, image) = (&image.name, image.read()?);
         let mut functions = BTreeSet::new();
         for root in ROOTS {
-            let reached = reach::only(&image, &declared, root, &allowed);
+            let reached = reachability::check_reachable(&image, &declared, root, &allowed);
             let reached = reached.map_err(|error| format!("{name}: forbidden code in a tick: {error}"))?;
             hold_to_ccm(name, &image, root, &reached.addresses, &[])?;
             functions.extend(reached.functions);
         }
         println!("{name}: a tick reaches {} functions, none of which can panic", functions.len());
         if image.function(CURRENT_LOOP).is_some() {
-            let allowed = BESIDE_LOOP.map(Name::new);
-            let allowed = [&ALLOWED_IN_LOOP.map(Name::new)[..], &allowed].concat();
-            let reached = reach::only(&image, &declared, CURRENT_LOOP, &allowed);
+            let allowed = BESIDE_LOOP.map(NamePattern::new);
+            let allowed = [&ALLOWED_IN_LOOP.map(NamePattern::new)[..], &allowed].concat();
+            let reached = reachability::check_reachable(&image, &declared, CURRENT_LOOP, &allowed);
             let reached =
                 reached.map_err(|error| format!("{name}: forbidden code in a current loop: {error}"))?;
             hold_to_ccm(name, &image, CURRENT_LOOP, &reached.addresses, &allowed)?;
@@ -107,7 +107,7 @@ fn hold_to_ccm(
     image: &Image,
     root: &str,
     functions: &BTreeSet<u32>,
-    allowed: &[Name],
+    allowed: &[NamePattern],
 ) -> Outcome {
     let [start, end] = ["__sccm", "__eccm"].map(|name| image.symbols.get(name).copied().unwrap_or(0));
     let is_inside = |address: u32| (start..end).contains(&address);
@@ -115,10 +115,10 @@ fn hold_to_ccm(
         return Ok(());
     }
     let is_beside = |address: &u32| {
-        image.functions.get(address).is_some_and(|function| allowed.iter().any(|name| name.is_of(function)))
+        image.functions.get(address).is_some_and(|function| allowed.iter().any(|name| name.matches(function)))
     };
     let outside = functions.iter().filter(|address| !is_inside(**address) && !is_beside(address));
-    let outside: Vec<String> = outside.map(|address| image.place(*address)).collect();
+    let outside: Vec<String> = outside.map(|address| image.location(*address)).collect();
     if outside.is_empty() {
         return Ok(());
     }
@@ -132,7 +132,7 @@ fn hold_to_ccm(
 mod tests {
     use cycles::image::Function;
 
-    use super::{BTreeSet, Image, Name, hold_to_ccm};
+    use super::{BTreeSet, Image, NamePattern, hold_to_ccm};
 
     #[test]
     fn what_is_not_in_the_ccm_sram_is_named_where_the_root_is_there() {
@@ -144,12 +144,13 @@ mod tests {
                 (address, Function { names: vec![name.to_owned()], address, bytes: 2 })
             }),
         );
-        let hold = |image: &Image, allowed: &[Name]| hold_to_ccm("board", image, "tick", &reached, allowed);
+        let hold =
+            |image: &Image, allowed: &[NamePattern]| hold_to_ccm("board", image, "tick", &reached, allowed);
         assert_eq!(hold(&image, &[]), Ok(()));
         let marks = [("__sccm", 0x1000_0000), ("__eccm", 0x1000_1000)];
         image.symbols.extend(marks.map(|(name, address)| (name.to_owned(), address)));
         assert!(hold(&image, &[]).unwrap_err().ends_with("boards/ccm*.x:\n    cold\n    late"));
-        assert_eq!(hold(&image, &["cold", "late"].map(Name::new)), Ok(()));
-        assert!(hold(&image, &[Name::new("cold")]).is_err());
+        assert_eq!(hold(&image, &["cold", "late"].map(NamePattern::new)), Ok(()));
+        assert!(hold(&image, &[NamePattern::new("cold")]).is_err());
     }
 }

@@ -68,7 +68,7 @@ pub(crate) fn cross_check(toolchain: Toolchain) -> Outcome {
     {
         let frame = frames.of(function).map_err(|error| error.to_string())?;
         if frame.own_bytes != bytes {
-            let (name, own) = (image.place(function), frame.own_bytes);
+            let (name, own) = (image.location(function), frame.own_bytes);
             return Err(format!(
                 "{name} has a stack frame of {own} bytes by its code, {bytes} by the compiler"
             ));

@@ -1,10 +1,10 @@
 //! Data of ST's B-G431B-ESC1.
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 use drive::{Configuration, Encoder, Inverter, Joint, Limits};
 
 use super::pins::{DEBUG_PORT, HEARTBEATS, QUADRATURE, RECESSIVE};
-use super::{CodeMemory, Pin, PinDirection, PinGroup, PinPlan, SMALL_MOTORS, ThreePhaseDrive, Tooling};
+use super::{CodeMemory, Pin, PinDirection, PinGroup, PinPlan, SMALL_MOTORS, ThreePhaseDrive, ToolData};
 use crate::clock_switch;
 use crate::current_loop::Scaling;
 use crate::motor::Motor;
@@ -53,8 +53,8 @@ pub(crate) const DRIVE: ThreePhaseDrive = ThreePhaseDrive { configuration: CONFI
 /// thermistor of 10 kOhm (B 3425 K) above 4.7 kOhm; reference 3.3 V.
 const SCALING: Scaling = Scaling {
     a_per_count: -3.3 / 4095.0 / (0.003 * 64.0 / 7.0),
-    rest_counts: 2553.0,
-    rest_tolerance: 200.0,
+    zero_current_counts: 2553.0,
+    zero_current_tolerance_counts: 200.0,
     v_per_count: 3.3 / 4095.0 * 187.0 / 18.0,
     temperature_c: THERMISTOR_C,
 };
@@ -76,13 +76,13 @@ pub(crate) const MOTOR: Motor = Motor {
 };
 const _: () = assert!(MOTOR.counts_per_turn as u32 == CONFIGURATION.encoder.counts_per_turn());
 
-/// See [`Tooling`].
-pub(crate) const TOOLING: Tooling = Tooling {
+/// See [`ToolData`].
+pub(crate) const TOOLING: ToolData = ToolData {
     clock_hz: clock_switch::CLOCK_HZ,
     tick_hz: 1_000,
     axes: 1,
     // Half of the other boards' capacity: less memory, and one joint.
-    sizes: Sizes { modules: 16, wires: 120, bindings: 32, slots: 48, links: 1, programs: 2, words: 480 },
+    sizes: Capacities { modules: 16, wires: 120, bindings: 32, slots: 48, links: 1, programs: 2, words: 480 },
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G431CBUx"),
     modules: &["control", "teleoperation"],

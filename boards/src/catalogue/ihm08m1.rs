@@ -20,8 +20,8 @@ pub const DRIVE: ThreePhaseDrive = ThreePhaseDrive { configuration: CONFIGURATIO
 /// 178.31 kOhm. Sources: `nucleo_g474re/ihm08m1.rs`.
 const SCALING: Scaling = Scaling {
     a_per_count: -3.3 / 4095.0 / (0.01 * 5.7 * 6.8 / 7.48),
-    rest_counts: 2122.0,
-    rest_tolerance: 200.0,
+    zero_current_counts: 2122.0,
+    zero_current_tolerance_counts: 200.0,
     v_per_count: 3.3 / 4095.0 * 178.31 / 9.31,
     temperature_c: THERMISTOR_C,
 };

@@ -1,18 +1,26 @@
 //! Data of the emulated MPS2+ AN386.
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 
-use super::{BILATERAL, CodeMemory, SHIPPED_GROUPS, Tooling};
+use super::{BILATERAL, CodeMemory, DEFAULT_GROUPS, ToolData};
 
-/// See [`Tooling`].
-pub(crate) const TOOLING: Tooling = Tooling {
+/// See [`ToolData`].
+pub(crate) const TOOLING: ToolData = ToolData {
     clock_hz: 25_000_000,
     tick_hz: 1_000,
     axes: 3,
-    sizes: Sizes { modules: 32, wires: 240, bindings: 64, slots: 64, links: 2, programs: 4, words: 32_768 },
-    memory: CodeMemory::NoWait,
+    sizes: Capacities {
+        modules: 32,
+        wires: 240,
+        bindings: 64,
+        slots: 64,
+        links: 2,
+        programs: 4,
+        words: 32_768,
+    },
+    memory: CodeMemory::ZeroWaitStates,
     chip: None,
-    modules: &SHIPPED_GROUPS,
+    modules: &DEFAULT_GROUPS,
     variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
     pins: &[],
     interrupts: INTERRUPTS,

@@ -1,10 +1,10 @@
 //! Data of ST's NUCLEO-G474RE.
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 
 use super::ihm08m1;
 use super::pins::{DEBUG_PORT, HEARTBEATS, QUADRATURE, RECESSIVE};
-use super::{CodeMemory, Pin, PinGroup, PinPlan, SHIPPED_GROUPS, SMALL_MOTORS, Tooling};
+use super::{CodeMemory, DEFAULT_GROUPS, Pin, PinGroup, PinPlan, SMALL_MOTORS, ToolData};
 use crate::clock_switch;
 #[cfg(all(target_os = "none", feature = "moteus"))]
 use crate::moteus::Moteus;
@@ -33,15 +33,23 @@ pub(crate) const MOTEUS: Moteus<{ TOOLING.axes }> = Moteus {
 }
 .checked();
 
-/// See [`Tooling`].
-pub(crate) const TOOLING: Tooling = Tooling {
+/// See [`ToolData`].
+pub(crate) const TOOLING: ToolData = ToolData {
     clock_hz: clock_switch::CLOCK_HZ,
     tick_hz: 1_000,
     axes: 3,
-    sizes: Sizes { modules: 32, wires: 240, bindings: 64, slots: 64, links: 2, programs: 4, words: 3_072 },
+    sizes: Capacities {
+        modules: 32,
+        wires: 240,
+        bindings: 64,
+        slots: 64,
+        links: 2,
+        programs: 4,
+        words: 3_072,
+    },
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
-    modules: &SHIPPED_GROUPS,
+    modules: &DEFAULT_GROUPS,
     variants: &["classic-can", "uart-link", "measure", "by-hand", "auth", "online", "moteus", "ihm08m1"],
     pins: PINS,
     interrupts: INTERRUPTS,

@@ -36,7 +36,7 @@ pub struct Pin {
     /// Signal on an oscilloscope, or empty.
     pub scope: &'static str,
     /// Whether the pin depends on the configuration, such as the encoder type.
-    pub is_by_configuration: bool,
+    pub depends_on_configuration: bool,
 }
 
 /// Function of a pin.
@@ -77,7 +77,7 @@ impl Pin {
             at,
             note: "",
             scope: "",
-            is_by_configuration: false,
+            depends_on_configuration: false,
         }
     }
 
@@ -103,7 +103,7 @@ impl Pin {
 
     /// Marks the pin as dependent on the configuration.
     pub(crate) const fn by_configuration(self) -> Self {
-        Self { is_by_configuration: true, ..self }
+        Self { depends_on_configuration: true, ..self }
     }
 
     /// Adds a note.

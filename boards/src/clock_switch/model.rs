@@ -2,7 +2,7 @@
 
 use std::vec::Vec;
 
-use super::{FOR_4_MBIT_HZ, FOR_5_MBIT_HZ, Register, Registers, switch};
+use super::{CAN_4_MBIT_CLOCK_HZ, CAN_5_MBIT_CLOCK_HZ, Register, Registers, switch_clock};
 
 /// A model of an STM32G4 after reset, running from its crystal. Written from ST's header and RM0440, with its
 /// own bit numbers.
@@ -129,10 +129,10 @@ impl Registers for Chip {
 
 #[test]
 fn both_crystals_end_at_either_clock_with_boost_and_nothing_forbidden_on_the_way() {
-    for (clock_hz, expected_hz) in [(FOR_4_MBIT_HZ, 168_000_000), (FOR_5_MBIT_HZ, 170_000_000)] {
+    for (clock_hz, expected_hz) in [(CAN_4_MBIT_CLOCK_HZ, 168_000_000), (CAN_5_MBIT_CLOCK_HZ, 170_000_000)] {
         for crystal_hz in [8_000_000, 24_000_000] {
             let mut chip = Chip::new(crystal_hz);
-            switch(&mut chip, u32::try_from(crystal_hz).unwrap(), clock_hz);
+            switch_clock(&mut chip, u32::try_from(crystal_hz).unwrap(), clock_hz);
             assert!(chip.violations.is_empty(), "{crystal_hz}: {:?}", chip.violations);
             assert_eq!((chip.system_hz(), chip.ahb_hz()), (expected_hz, expected_hz), "{crystal_hz}");
             assert!(chip.is_boosted());
@@ -145,7 +145,7 @@ fn the_writes_come_in_the_manual_s_order_and_leave_other_bits_alone() {
     use Register::{ClockConfiguration, ClockControl, FlashAccessControl, PllConfiguration, PowerControl5};
     let mut chip = Chip::new(24_000_000);
     chip.registers[PowerControl5 as usize] |= 0x00A5_0001;
-    switch(&mut chip, 24_000_000, FOR_4_MBIT_HZ);
+    switch_clock(&mut chip, 24_000_000, CAN_4_MBIT_CLOCK_HZ);
     let expected = [
         (PllConfiguration, 0x0100_5453),
         (ClockControl, 0x0103_0500),
@@ -189,6 +189,6 @@ fn a_prescaler_that_goes_back_too_early_is_found() {
         fn wait_cycles(&mut self, _cycles: u32) {}
     }
     let mut chip = Hasty(Chip::new(8_000_000));
-    switch(&mut chip, 8_000_000, FOR_4_MBIT_HZ);
+    switch_clock(&mut chip, 8_000_000, CAN_4_MBIT_CLOCK_HZ);
     assert_eq!(chip.0.violations, ["less than 1 us at half of the frequency"]);
 }

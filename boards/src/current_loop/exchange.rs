@@ -9,7 +9,7 @@ use core::sync::atomic::{AtomicU32, compiler_fence, fence};
 
 use dimsart_core::DriveFault;
 
-use super::identifying::IdentificationExchange;
+use super::identifying::IdentificationMailbox;
 
 /// Maximum number of reads: the loop runs once per period, and a read takes less than one.
 const MAX_LOOKS: u8 = 4;
@@ -39,7 +39,7 @@ pub struct LoopState {
 
 /// The exchange between a tick and a current loop.
 #[derive(Debug)]
-pub struct Exchange {
+pub struct LoopExchange {
     wanted_nm: AtomicU32,
     /// Counts torque commands.
     given: AtomicU32,
@@ -47,16 +47,16 @@ pub struct Exchange {
     version: AtomicU32,
     told: [AtomicU32; 7],
     /// Requests and results of identifications.
-    pub identifying: IdentificationExchange,
+    pub identification: IdentificationMailbox,
 }
 
-impl Default for Exchange {
+impl Default for LoopExchange {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Exchange {
+impl LoopExchange {
     /// Creates an exchange with the bridge off.
     #[must_use]
     pub const fn new() -> Self {
@@ -65,7 +65,7 @@ impl Exchange {
             given: AtomicU32::new(0),
             version: AtomicU32::new(0),
             told: [const { AtomicU32::new(0) }; 7],
-            identifying: IdentificationExchange::new(),
+            identification: IdentificationMailbox::new(),
         }
     }
 
@@ -80,14 +80,14 @@ impl Exchange {
     /// Returns the last torque command, if finite, and the number of commands.
     #[inline]
     #[must_use]
-    pub fn commanded(&self) -> (Option<f32>, u32) {
+    pub fn command_and_count(&self) -> (Option<f32>, u32) {
         let torque_nm = f32::from_bits(self.wanted_nm.load(Relaxed));
         (torque_nm.is_finite().then_some(torque_nm), self.given.load(Relaxed))
     }
 
     /// Publishes data to the tick; call from one place only.
     #[inline]
-    pub fn tell(&self, told: &LoopState) {
+    pub fn publish(&self, told: &LoopState) {
         let version = self.version.load(Relaxed);
         self.version.store(version.wrapping_add(1), Relaxed);
         fence(Release);
@@ -108,7 +108,7 @@ impl Exchange {
     /// Returns the latest data, all of one period; `None` if no consistent read was possible or there is no
     /// data.
     #[must_use]
-    pub fn told(&self) -> Option<LoopState> {
+    pub fn state(&self) -> Option<LoopState> {
         for _ in 0..MAX_LOOKS {
             let version = self.version.load(Acquire);
             let [angle, speed, current, bus, temperature, flags, periods] =
@@ -122,7 +122,7 @@ impl Exchange {
                     current_a: f32::from_bits(current),
                     bus_v: f32::from_bits(bus),
                     temperature_c: f32::from_bits(temperature),
-                    fault: DriveFault::by_number(number),
+                    fault: DriveFault::from_number(number),
                     is_ready: is_ready != 0,
                     periods,
                 });
@@ -134,13 +134,13 @@ impl Exchange {
 
 /// Age of a torque command.
 #[derive(Debug, Clone)]
-pub struct Age {
+pub struct CommandAge {
     given: u32,
     periods: u16,
     max_periods: u16,
 }
 
-impl Age {
+impl CommandAge {
     /// Sets the maximum age in periods; there is no command yet.
     #[must_use]
     pub const fn new(max_periods: u16) -> Self {
@@ -168,48 +168,52 @@ mod tests {
 
     #[test]
     fn a_torque_that_is_not_given_anew_is_none_after_its_age() {
-        let (exchange, mut age) = (Exchange::new(), Age::new(60));
-        assert_eq!(age.fresh_command(exchange.commanded()), None, "nothing was given yet");
+        let (exchange, mut age) = (LoopExchange::new(), CommandAge::new(60));
+        assert_eq!(age.fresh_command(exchange.command_and_count()), None, "nothing was given yet");
         for _ in 0..3 {
             exchange.command(Some(0.25));
             for period in 0..80 {
-                assert_eq!(age.fresh_command(exchange.commanded()).is_some(), period < 60, "{period}");
+                assert_eq!(
+                    age.fresh_command(exchange.command_and_count()).is_some(),
+                    period < 60,
+                    "{period}"
+                );
             }
         }
         exchange.command(Some(-1.0));
-        assert_eq!(age.fresh_command(exchange.commanded()), Some(-1.0));
+        assert_eq!(age.fresh_command(exchange.command_and_count()), Some(-1.0));
         exchange.command(None);
-        assert_eq!(age.fresh_command(exchange.commanded()), None);
+        assert_eq!(age.fresh_command(exchange.command_and_count()), None);
     }
 
     #[test]
     fn what_is_no_number_is_no_torque() {
-        let exchange = Exchange::new();
+        let exchange = LoopExchange::new();
         for torque_nm in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             exchange.command(Some(torque_nm));
-            assert_eq!(exchange.commanded().0, None);
+            assert_eq!(exchange.command_and_count().0, None);
         }
     }
 
     #[test]
     fn every_fault_comes_through() {
-        let exchange = Exchange::new();
-        assert_eq!(exchange.told(), None);
+        let exchange = LoopExchange::new();
+        assert_eq!(exchange.state(), None);
         for fault in DriveFault::ALL.iter().copied().map(Some).chain([None]) {
             let told = LoopState { fault, is_ready: fault.is_none(), bus_v: 24.0, ..LoopState::default() };
-            exchange.tell(&told);
-            assert_eq!(exchange.told(), Some(told));
+            exchange.publish(&told);
+            assert_eq!(exchange.state(), Some(told));
         }
     }
 
     #[test]
     fn what_is_read_is_of_one_period() {
-        let (exchange, is_over) = (Exchange::new(), AtomicBool::new(false));
+        let (exchange, is_over) = (LoopExchange::new(), AtomicBool::new(false));
         thread::scope(|scope| {
             scope.spawn(|| {
                 for periods in 1..200_000_u32 {
                     let value = periods as f32;
-                    exchange.tell(&LoopState {
+                    exchange.publish(&LoopState {
                         angle: periods,
                         speed_rad_per_s: value,
                         current_a: value,
@@ -223,7 +227,7 @@ mod tests {
             });
             let mut seen = 0;
             while !is_over.load(Relaxed) {
-                let Some(told) = exchange.told() else { continue };
+                let Some(told) = exchange.state() else { continue };
                 let value = told.periods as f32;
                 assert_eq!(told.angle, told.periods);
                 for word in [told.speed_rad_per_s, told.current_a, told.bus_v, told.temperature_c] {
@@ -233,6 +237,6 @@ mod tests {
                 seen = told.periods;
             }
         });
-        assert_eq!(exchange.told().map(|told| told.periods), Some(199_999));
+        assert_eq!(exchange.state().map(|told| told.periods), Some(199_999));
     }
 }

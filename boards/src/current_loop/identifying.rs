@@ -26,13 +26,13 @@ const FAILURES: [IdentificationFailure; 5] = [
 
 /// The exchange between a requester and a current loop.
 #[derive(Debug, Default)]
-pub struct IdentificationExchange {
+pub struct IdentificationMailbox {
     asked_a: AtomicU32,
     state: AtomicU32,
     found: [AtomicU32; 5],
 }
 
-impl IdentificationExchange {
+impl IdentificationMailbox {
     /// Creates an exchange without a request.
     #[must_use]
     pub const fn new() -> Self {
@@ -44,7 +44,7 @@ impl IdentificationExchange {
     }
 
     /// Requests an identification with a current above 0, `A`.
-    pub fn ask(&self, current_a: f32) {
+    pub fn request(&self, current_a: f32) {
         self.state.store(UNDER_WAY, Relaxed);
         compiler_fence(Release);
         self.asked_a.store(current_a.to_bits(), Relaxed);
@@ -53,19 +53,19 @@ impl IdentificationExchange {
     /// Returns whether an identification is requested.
     #[inline]
     #[must_use]
-    pub fn is_asked(&self) -> bool {
+    pub fn is_requested(&self) -> bool {
         self.asked_a.load(Relaxed) != NOTHING
     }
 
     /// Takes the request; returns its current.
-    pub fn take_asked(&self) -> f32 {
+    pub fn take_request(&self) -> f32 {
         let asked_a = f32::from_bits(self.asked_a.load(Relaxed));
         self.asked_a.store(NOTHING, Relaxed);
         asked_a
     }
 
     /// Publishes the result.
-    pub fn tell(&self, end: Identification) {
+    pub fn publish(&self, end: Identification) {
         let state = match end {
             Identification::Found(motor) => {
                 let poles = u32::from(motor.pole_pairs) | u32::from(motor.is_encoder_reversed) << 8;
@@ -96,7 +96,7 @@ impl IdentificationExchange {
 
     /// Returns the state.
     #[must_use]
-    pub fn told(&self) -> Identification {
+    pub fn state(&self) -> Identification {
         let state = self.state.load(Acquire);
         let [resistance, direct, quadrature, poles, offset] =
             self.found.each_ref().map(|cell| cell.load(Relaxed));
@@ -132,8 +132,8 @@ mod tests {
 
     #[test]
     fn what_is_told_comes_through() {
-        let identifying = IdentificationExchange::new();
-        assert_eq!(identifying.told(), Identification::None);
+        let identifying = IdentificationMailbox::new();
+        assert_eq!(identifying.state(), Identification::None);
         let motor = IdentifiedMotor {
             resistance_ohm: 0.6,
             direct_inductance_h: 1e-4,
@@ -146,13 +146,13 @@ mod tests {
             .into_iter()
             .chain([IdentificationFailure::Drive(57), IdentificationFailure::TooLittleCurrent(u16::MAX)]);
         for end in failures.map(Identification::Failed).chain([Identification::Found(motor)]) {
-            identifying.ask(2.5);
-            assert!(identifying.is_asked());
-            assert_eq!(identifying.told(), Identification::Running);
-            assert_eq!(identifying.take_asked().to_bits(), 2.5_f32.to_bits());
-            assert!(!identifying.is_asked());
-            identifying.tell(end);
-            assert_eq!(identifying.told(), end);
+            identifying.request(2.5);
+            assert!(identifying.is_requested());
+            assert_eq!(identifying.state(), Identification::Running);
+            assert_eq!(identifying.take_request().to_bits(), 2.5_f32.to_bits());
+            assert!(!identifying.is_requested());
+            identifying.publish(end);
+            assert_eq!(identifying.state(), end);
         }
     }
 }

@@ -13,9 +13,9 @@ pub struct Scaling {
     /// Current into the motor per count, `A`; the sign depends on the amplifier.
     pub a_per_count: f32,
     /// Nominal counts at zero current.
-    pub rest_counts: f32,
+    pub zero_current_counts: f32,
     /// Tolerance of the zero-current counts.
-    pub rest_tolerance: f32,
+    pub zero_current_tolerance_counts: f32,
     /// Supply voltage per count, `V`.
     pub v_per_count: f32,
     /// Temperatures at every 128th count, from 0 on, `°C`.
@@ -38,7 +38,7 @@ impl Scaling {
 
 /// Zero-current offsets of the phases, measured with the bridge off.
 #[derive(Debug, Clone, Default)]
-pub struct Rest {
+pub struct ZeroCurrentOffsets {
     sums: [u32; 3],
     periods: u16,
 }
@@ -47,7 +47,7 @@ pub struct Rest {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OffsetError;
 
-impl Rest {
+impl ZeroCurrentOffsets {
     /// Adds one period; returns the offsets when complete.
     ///
     /// # Errors
@@ -63,7 +63,8 @@ impl Rest {
             return Ok(None);
         }
         let means = self.sums.map(|sum| sum as f32 / f32::from(REST_PERIODS));
-        let is_right = |mean: &f32| (mean - scaling.rest_counts).abs() <= scaling.rest_tolerance;
+        let is_right =
+            |mean: &f32| (mean - scaling.zero_current_counts).abs() <= scaling.zero_current_tolerance_counts;
         if means.iter().all(is_right) { Ok(Some(means)) } else { Err(OffsetError) }
     }
 }
@@ -91,7 +92,7 @@ mod tests {
 
     #[test]
     fn offsets_are_the_mean_of_what_is_counted_at_rest() {
-        let mut rest = Rest::default();
+        let mut rest = ZeroCurrentOffsets::default();
         let mut found = None;
         for period in 0..SETTLE_PERIODS + REST_PERIODS {
             assert_eq!(found, None);
@@ -107,7 +108,7 @@ mod tests {
     #[test]
     fn a_phase_that_shows_a_current_at_rest_is_told() {
         for wrong in [0, 2000, 4095] {
-            let mut rest = Rest::default();
+            let mut rest = ZeroCurrentOffsets::default();
             let ends = (0..2 * REST_PERIODS).find_map(|_| rest.step([2553, 2553, wrong], &SCALING).err());
             assert_eq!(ends, Some(OffsetError), "{wrong}");
         }
@@ -137,8 +138,8 @@ mod tests {
         for (scaling, counts, max_a) in
             [(SCALING, counts as fn(f64) -> f64, 40.0), (SHIELD, shield_counts, 28.0)]
         {
-            assert!((f64::from(scaling.rest_counts) - counts(0.0)).abs() < 1.0, "{}", counts(0.0));
-            let rest = [scaling.rest_counts; 3];
+            assert!((f64::from(scaling.zero_current_counts) - counts(0.0)).abs() < 1.0, "{}", counts(0.0));
+            let rest = [scaling.zero_current_counts; 3];
             for current_a in [-max_a, -1.0, 0.0, 3.0, max_a] {
                 let shown = counts(current_a).round() as u16;
                 for measured_a in amperes([shown; 3], rest, &scaling) {

@@ -1,6 +1,6 @@
 //! A lock-free byte queue between priorities, used through shared references.
 //!
-//! An interrupt owns nothing, so it cannot hold an end of a [`Handover`](crate::handover::Handover).
+//! An interrupt owns nothing, so it cannot hold an end of a [`ItemQueue`](crate::handover::ItemQueue).
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering};

@@ -14,7 +14,7 @@ use static_cell::ConstStaticCell;
 
 use super::{Mps2An386, SharedWords, clock, uart};
 use crate::board::{Axes, Board, Idle, LinkIn, LinkOut, MAX_PAYLOAD_BYTES};
-use crate::handover::{Handover, QueueReceiver, QueueSender};
+use crate::handover::{ItemQueue, QueueReceiver, QueueSender};
 use crate::receive_channels::ReceiveChannels;
 use dimsart_link::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
 
@@ -45,7 +45,7 @@ const EXIT_BAD_FRAME: i32 = 3;
 
 /// A link's number and a packet's bytes.
 type Numbered = (usize, Vec<u8, MAX_PAYLOAD_BYTES>);
-type Packets = Handover<Numbered, 5>;
+type Packets = ItemQueue<Numbered, 5>;
 
 /// Packets received from the host.
 pub struct HostReceiver(QueueReceiver<Numbered>);
@@ -54,7 +54,7 @@ pub struct HostSender(QueueSender<Numbered>);
 
 impl LinkIn for HostReceiver {
     async fn receive(&mut self, _: &ReceiveChannels, packet: &mut [u8; MAX_PAYLOAD_BYTES]) -> (usize, usize) {
-        self.0.ready().await;
+        self.0.ready_to_receive().await;
         let copied = self.0.receive_in_place(|(link, bytes)| {
             let bytes = bytes.as_slice();
             if let Some(space) = packet.get_mut(..bytes.len()) {
@@ -71,7 +71,7 @@ impl LinkOut for HostSender {
     async fn send(&mut self, link: usize, _: u16, packet: &[u8]) {
         // Dropped if too long, as on every link.
         if let Ok(bytes) = Vec::from_slice(packet) {
-            self.0.give((link, bytes));
+            self.0.send((link, bytes));
         }
     }
 }
@@ -249,7 +249,7 @@ impl Host {
                     let found: Option<Outputs> = ids
                         .iter()
                         .take(MAX_DEVICE_TYPES)
-                        .map(|id| types::by_id(u16::from_le_bytes(*id)))
+                        .map(|id| types::find_by_id(u16::from_le_bytes(*id)))
                         .collect();
                     self.played = found.ok_or(Trouble::BadFrame)?;
                 }
@@ -314,7 +314,7 @@ impl Host {
                 (tag, packet) => {
                     let link = tag.link().ok_or(Trouble::BadFrame)?;
                     let packet = Vec::from_slice(packet).map_err(|_| Trouble::BadFrame)?;
-                    self.packets_in.give((link, packet));
+                    self.packets_in.send((link, packet));
                 }
             }
         }
@@ -344,7 +344,7 @@ impl Host {
             return Ok(());
         }
         let mut bytes = [0; 256];
-        while self.frame.room() >= bytes.len() {
+        while self.frame.free_bytes() >= bytes.len() {
             match uart::TO_SEND.try_read(&mut bytes) {
                 0 => break,
                 length => self.frame.push(Tag::Command, bytes.get(..length).unwrap_or_default())?,

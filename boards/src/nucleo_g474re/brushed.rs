@@ -14,7 +14,7 @@ use embassy_stm32::timer::qei::{self, Qei};
 use embassy_stm32::timer::simple_pwm::PwmPin;
 
 use super::AXES;
-use crate::board::is_driven;
+use crate::board::needs_power_stage;
 use crate::catalogue::nucleo_g474re::MOTOR;
 use crate::encoder::Encoder;
 use crate::motor::Motor;
@@ -112,14 +112,14 @@ impl crate::board::Joints for Joints {
     }
 
     fn write(&mut self, tick: TickResult, commanded: &[Word]) {
-        if !is_driven(tick, commanded) {
+        if !needs_power_stage(tick, commanded) {
             disarm();
             return;
         }
         let mut duties = [0.0; AXES];
         let axes = duties.iter_mut().zip(&mut self.directions).zip(MOTORS).zip(commanded);
         for (((duty, direction), motor), word) in axes {
-            let drive = motor.drive(f32::from_word(*word));
+            let drive = motor.voltage_share(f32::from_word(*word));
             direction.set_level(Level::from(drive >= 0.0));
             *duty = drive.abs();
         }

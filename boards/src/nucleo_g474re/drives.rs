@@ -9,7 +9,7 @@ use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
 use embassy_stm32::{Peri, bind_interrupts};
 
 use super::AXES;
-use crate::board::is_driven;
+use crate::board::needs_power_stage;
 use crate::catalogue::nucleo_g474re::MOTEUS;
 use crate::stm32g4;
 use crate::stm32g4::moteus_bus::{MoteusBus, send_at_last};
@@ -110,7 +110,7 @@ impl crate::board::Joints for Joints {
     }
 
     fn write(&mut self, tick: TickResult, commanded: &[Word]) {
-        let is_on = is_driven(tick, commanded);
+        let is_on = needs_power_stage(tick, commanded);
         let torques = commanded.iter().map(|word| is_on.then_some(f32::from_word(*word)));
         let mut frames = [const { (0, None) }; AXES];
         for ((joint, torque_nm), frame) in self.joints.iter_mut().zip(torques).zip(&mut frames) {

@@ -35,7 +35,7 @@
 //! Not yet tested on a shield.
 
 use dimsart_core::{InputLimits, OutputLimits};
-use drive::{Checked, Configuration, Encoder as Kind, Rotor};
+use drive::{Configuration, Encoder as Kind, Rotor, ValidConfiguration};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::pac::timer::TimGp16;
 use embassy_stm32::peripherals::{PA7, PA8, PA9, PA10, PA15, PB0, PB1, PB3, PC6, PC7, PC10, PC11, PC12, PD2};
@@ -64,7 +64,7 @@ const DEAD_TIME: u8 = 0b1000_0011;
 const CHANNELS: Channels = Channels { u: 1, v: 7, w: 6, temperature: 8, bus: 2 };
 
 /// The compiled configuration, used if the stamped one is invalid.
-const CHECKED: Checked = match DRIVE.configuration.checked() {
+const CHECKED: ValidConfiguration = match DRIVE.configuration.checked() {
     Ok(checked) => checked,
     Err(_) => panic!("value in the motor configuration out of range"),
 };
@@ -124,7 +124,7 @@ impl ThreePhase for NucleoG474re {
     type Encoder = ShieldEncoder;
     type EncoderPins = EncoderPins;
 
-    fn image() -> Checked {
+    fn image() -> ValidConfiguration {
         #[expect(unsafe_code, reason = "volatile, because a host tool may have changed it")]
         // SAFETY: always a valid reference.
         let configuration = unsafe { (&raw const PLACE).read_volatile() };

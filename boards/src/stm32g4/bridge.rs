@@ -1,6 +1,6 @@
 //! A board with a bridge for a three-phase motor.
 
-use drive::{Checked, Rotor};
+use drive::{Rotor, ValidConfiguration};
 use embassy_stm32::pac::timer::TimGp16;
 
 use super::current_sensing::Channels;
@@ -32,7 +32,7 @@ pub(crate) trait ThreePhase {
     type EncoderPins: Send + 'static;
 
     /// Returns the image's configuration.
-    fn image() -> Checked;
+    fn image() -> ValidConfiguration;
 
     /// Returns whether the board supports this encoder.
     fn reads(encoder: drive::Encoder) -> bool;

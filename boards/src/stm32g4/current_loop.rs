@@ -13,12 +13,12 @@ use super::bridge::{Encoder as _, ThreePhase};
 use super::current_sensing;
 use super::half_bridges::{HalfBridges, switch_off};
 use crate::Selected;
-use crate::current_loop::{CurrentLoop, Exchange};
+use crate::current_loop::{CurrentLoop, LoopExchange};
 
 const PRIORITY: Priority = Priority::P0;
 pub(crate) const TICK_S: f32 = 1.0 / crate::TICK_HZ as f32;
 
-static EXCHANGE: Exchange = Exchange::new();
+static EXCHANGE: LoopExchange = LoopExchange::new();
 
 /// State of the interrupt.
 struct Kept {
@@ -57,7 +57,7 @@ pub(crate) fn start(
 }
 
 /// Returns the exchange between tick and loop.
-pub(crate) fn exchange() -> &'static Exchange {
+pub(crate) fn exchange() -> &'static LoopExchange {
     &EXCHANGE
 }
 
@@ -83,7 +83,7 @@ extern "C" fn period() {
     let kept = unsafe { (*KEPT.0.get()).assume_init_mut() };
     let rotor = kept.encoder.rotor();
     let counts = current_sensing::take();
-    let duties = kept.current_loop.period(counts, rotor, &EXCHANGE);
+    let duties = kept.current_loop.run_period(counts, rotor, &EXCHANGE);
     kept.bridges.apply(duties);
     kept.encoder.end();
 }

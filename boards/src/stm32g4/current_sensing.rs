@@ -13,7 +13,7 @@ use embassy_stm32::pac::adc::Adc;
 use embassy_stm32::pac::adc::vals::{Adcaldif, Exten, SampleTime};
 use embassy_stm32::pac::adccommon::vals::Ckmode;
 
-use crate::current_loop::Counts;
+use crate::current_loop::AdcCounts;
 
 /// Timer 1's second trigger output as the injected trigger (RM0440, 21.4.18, table of injected triggers of
 /// ADC1 and ADC2).
@@ -105,7 +105,7 @@ fn wait(mut is_done: impl FnMut() -> bool) {
 
 /// Returns the counts of both ADCs and acknowledges their interrupt.
 #[inline]
-pub(crate) fn take() -> Counts {
+pub(crate) fn take() -> AdcCounts {
     // Writing 1 clears a flag.
     pac::ADC1.isr().write(|flags| {
         flags.set_jeos(true);
@@ -115,5 +115,5 @@ pub(crate) fn take() -> Counts {
     let [u, w, temperature] =
         [pac::ADC1.jdr(0), pac::ADC1.jdr(1), pac::ADC1.jdr(2)].map(|data| data.read().jdata());
     let [v, bus] = [pac::ADC2.jdr(0), pac::ADC2.jdr(1)].map(|data| data.read().jdata());
-    Counts { phases: [u, v, w], bus, temperature }
+    AdcCounts { phases: [u, v, w], bus, temperature }
 }

@@ -34,7 +34,7 @@ use self::classic as kind;
 use self::fd as kind;
 use crate::CLOCK_HZ;
 use crate::board::{LinkIn, LinkOut, MAX_PAYLOAD_BYTES};
-use crate::bus_off::{BusOff, Step};
+use crate::bus_off::{BusOff, RecoveryAction};
 use crate::pending_frames::PendingFrames;
 use crate::receive_channels::ReceiveChannels;
 use crate::stm32g4::fdcan_registers::{compensate_delay, take_away};
@@ -158,7 +158,7 @@ impl LinkIn for CanReceiver {
                 self.look();
             }
             if let (Ok(Ok(envelope)), Some(channel)) = (received, self.channel)
-                && let Some(found) = self.receiver.take(envelope.frame.data(), channel)
+                && let Some(found) = self.receiver.push(envelope.frame.data(), channel)
                 && let Some(room) = content.get_mut(..found.len())
             {
                 room.copy_from_slice(found);
@@ -188,7 +188,7 @@ impl CanReceiver {
 
     fn look(&mut self) {
         let is_off = matches!(self.bus.bus_error_mode(), BusErrorMode::BusOff);
-        if self.bus_off.poll_board(self.now_ms, is_off) == Step::Rejoin {
+        if self.bus_off.poll_board(self.now_ms, is_off) == RecoveryAction::Rejoin {
             // The controller then waits for 128 idle sequences.
             pac::FDCAN1.cccr().modify(|control| control.set_init(false));
             REJOINS.store(self.bus_off.rejoins(), Relaxed);

@@ -39,7 +39,7 @@ const fn ns(counts: u8) -> u32 {
     counts as u32 * PRESCALER as u32 * 1_000_000 / (crate::CLOCK_HZ / 1_000)
 }
 const _: () = {
-    let [low_ns, high_ns, setup_ns] = As5600::MIN_NS;
+    let [low_ns, high_ns, setup_ns] = As5600::MIN_I2C_TIMES_NS;
     assert!(ns(LOW) >= low_ns && ns(HIGH) >= high_ns && ns(SETUP) >= setup_ns);
     assert!(ns(LOW + HIGH) + FASTEST_EDGES_NS >= 1_000_000_000 / As5600::MAX_CLOCK_HZ);
 };
@@ -104,7 +104,7 @@ impl I2cEncoder {
         let channel = DMA1.ch(CHANNEL);
         channel.par().write_value(I2C4.rxdr().as_ptr().addr() as u32);
         channel.mar().write_value(BYTES.as_ptr().addr() as u32);
-        let mut encoder = Self { stage: Stage::SettingUp, periods: 0, reading: Rotor::Awaited };
+        let mut encoder = Self { stage: Stage::SettingUp, periods: 0, reading: Rotor::NotSampled };
         encoder.set_up();
         encoder
     }
@@ -173,7 +173,7 @@ impl Encoder for I2cEncoder {
         if matches!(self.stage, Stage::Asking) && I2C4.isr().read().tc() {
             self.read();
         }
-        core::mem::replace(&mut self.reading, Rotor::Awaited)
+        core::mem::replace(&mut self.reading, Rotor::NotSampled)
     }
 
     #[inline]

@@ -18,7 +18,7 @@ use embassy_stm32::pac::{FDCAN1, FDCANRAM1, RCC};
 use embedded_can::{ExtendedId, StandardId};
 
 use crate::bit_timing::{self, BitTiming};
-use crate::bus_off::{BusOff, Step};
+use crate::bus_off::{BusOff, RecoveryAction};
 use crate::can_words::{self, MAX_BYTES, WORDS};
 use crate::stm32g4::fdcan_registers::{compensate_delay, take_away};
 use crate::{CLOCK_HZ, TICK_HZ};
@@ -42,7 +42,7 @@ pub(crate) fn rejoins() -> u32 {
 }
 
 #[expect(clippy::panic, reason = "evaluated at compile time")]
-const fn timing(bits_per_s: u32, limits: bit_timing::BitLimits) -> BitTiming {
+const fn timing(bits_per_s: u32, limits: bit_timing::BitTimingLimits) -> BitTiming {
     match BitTiming::find(CLOCK_HZ, bits_per_s, SAMPLE_PERMILLE, limits) {
         Some(timing) => timing,
         None => panic!("bit rate not possible at this clock"),
@@ -60,21 +60,21 @@ pub(crate) struct MoteusBus {
 impl MoteusBus {
     /// Joins the bus and accepts frames with these identifiers, at most three.
     pub(crate) fn start(mut can: CanConfigurator<'static>, replies: impl Iterator<Item = u32>) -> Self {
-        let BitTiming { prescaler, before, behind } = BIT;
+        let BitTiming { prescaler, segment_1, segment_2 } = BIT;
         let bit = NominalBitTiming {
             prescaler: NonZeroU16::from(quanta(prescaler)),
-            seg1: quanta(before),
-            seg2: quanta(behind),
+            seg1: quanta(segment_1),
+            seg2: quanta(segment_2),
             // The maximum, as the drives require.
-            sync_jump_width: quanta(behind),
+            sync_jump_width: quanta(segment_2),
         };
-        let BitTiming { prescaler, before, behind } = DATA_BIT;
+        let BitTiming { prescaler, segment_1, segment_2 } = DATA_BIT;
         let data_bit = DataBitTiming {
             transceiver_delay_compensation: true,
             prescaler: NonZeroU16::from(quanta(prescaler)),
-            seg1: quanta(before),
-            seg2: quanta(behind),
-            sync_jump_width: quanta(behind),
+            seg1: quanta(segment_1),
+            seg2: quanta(segment_2),
+            sync_jump_width: quanta(segment_2),
         };
         let config = can
             .config()
@@ -92,7 +92,7 @@ impl MoteusBus {
             line.disable();
             line.set_priority(super::LINE_PRIORITY);
         }
-        compensate_delay((1 + before) * prescaler);
+        compensate_delay((1 + segment_1) * prescaler);
         let standard = [StandardFilterSlot::_0, StandardFilterSlot::_1, StandardFilterSlot::_2];
         let extended = [ExtendedFilterSlot::_0, ExtendedFilterSlot::_1, ExtendedFilterSlot::_2];
         let action = Action::StoreInFifo0;
@@ -125,7 +125,7 @@ impl MoteusBus {
             let place = fill.fgi();
             let [first, second] = [0, 1].map(|word| FDCANRAM1.rxfifo0(at(place, word)).read());
             let mut bytes = [0; MAX_BYTES];
-            let found = can_words::received([first, second]);
+            let found = can_words::decode_header([first, second]);
             let length = found.map_or(0, |(_, length)| length);
             let (words, _) = bytes.as_chunks_mut();
             for (word, bytes) in words.iter_mut().enumerate().take(length.div_ceil(4)) {
@@ -152,7 +152,7 @@ impl MoteusBus {
         }
         self.now_ms = self.now_ms.wrapping_add(LOOK_MS);
         let is_off = matches!(self.state.bus_error_mode(), BusErrorMode::BusOff);
-        if self.bus_off.poll_board(self.now_ms, is_off) == Step::Rejoin {
+        if self.bus_off.poll_board(self.now_ms, is_off) == RecoveryAction::Rejoin {
             // The controller then waits for 128 idle sequences.
             FDCAN1.cccr().modify(|control| control.set_init(false));
             REJOINS.store(self.bus_off.rejoins(), Relaxed);
@@ -170,7 +170,7 @@ pub(crate) fn send_at_last<'f>(frames: impl Iterator<Item = (u32, &'f [u8])>) {
 
 fn put(identifier: u32, data: &[u8]) {
     let queue = FDCAN1.txfqs().read();
-    let Some(head) = can_words::to_send(identifier, data.len()) else { return };
+    let Some(head) = can_words::encode_header(identifier, data.len()) else { return };
     if queue.tfqf() {
         return;
     }

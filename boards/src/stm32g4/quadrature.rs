@@ -38,7 +38,7 @@ impl Encoder for Quadrature {
     /// Cannot detect a disconnected encoder.
     #[inline]
     fn rotor(&mut self) -> Rotor {
-        Rotor::At(Angle(u32::from(TIMER.cnt().read().cnt()).wrapping_mul(self.per_count)))
+        Rotor::Angle(Angle(u32::from(TIMER.cnt().read().cnt()).wrapping_mul(self.per_count)))
     }
 
     #[inline]

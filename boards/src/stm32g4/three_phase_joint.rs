@@ -11,7 +11,7 @@ use super::current_loop::{self, TICK_S};
 use super::current_sensing;
 use super::half_bridges::HalfBridges;
 use crate::Selected;
-use crate::board::{Joints, Limits, is_driven};
+use crate::board::{Joints, Limits, needs_power_stage};
 use crate::current_loop::{CurrentLoop, LoopState};
 use crate::motor::Ramp;
 use crate::shaft::Shaft;
@@ -69,7 +69,7 @@ impl Joints for Joint {
 
     /// Starts encoder, current loop and ADCs with the stored configuration or the image's.
     fn begin(&mut self, motor: &mut MotorReport) -> Option<Limits> {
-        let checked = three_phase::take(motor, &Selected::image(), Selected::reads);
+        let checked = three_phase::select_configuration(motor, &Selected::image(), Selected::reads);
         let Configuration { encoder, joint, .. } = *checked.get();
         if let Some((bridges, pins)) = self.waiting.take() {
             let current_loop = CurrentLoop::new(&Selected::DRIVE, &checked, TICK_S);
@@ -88,20 +88,20 @@ impl Joints for Joint {
     }
 
     fn check_motor(layout: u16, words: &[u32]) -> Result<(), MotorFallback> {
-        three_phase::read(layout, words, Selected::image().get(), Selected::reads).map(|_| ())
+        three_phase::decode_configuration(layout, words, Selected::image().get(), Selected::reads).map(|_| ())
     }
 
     fn identify(current_a: f32) {
-        current_loop::exchange().identifying.ask(current_a);
+        current_loop::exchange().identification.request(current_a);
     }
 
     fn identification() -> Identification {
-        current_loop::exchange().identifying.told()
+        current_loop::exchange().identification.state()
     }
 
     fn read(&mut self, measured: &mut [Word]) {
         let last = self.told.periods;
-        match current_loop::exchange().told() {
+        match current_loop::exchange().state() {
             Some(told) if told.periods != last => {
                 self.told = told;
                 self.fault = told.fault;
@@ -129,13 +129,13 @@ impl Joints for Joint {
             self.ramp.begin();
         }
         if self.fault == Some(DriveFault::Silent)
-            || !is_driven(tick, commanded)
+            || !needs_power_stage(tick, commanded)
             || !matches!(tick, TickResult::Ran) && !is_ready
         {
             return current_loop::disarm();
         }
         let commanded_nm = commanded.first().map_or(0.0, |word| f32::from_word(*word));
-        let joint_nm = if is_ready { self.ramp.follow(commanded_nm, &self.limits, TICK_S) } else { 0.0 };
-        current_loop::exchange().command(Some(self.shaft.rotor_nm(joint_nm)));
+        let joint_nm = if is_ready { self.ramp.step(commanded_nm, &self.limits, TICK_S) } else { 0.0 };
+        current_loop::exchange().command(Some(self.shaft.rotor_torque_nm(joint_nm)));
     }
 }

@@ -44,7 +44,7 @@ impl LinkIn for UartReceiver {
         loop {
             for index in self.waiting.by_ref() {
                 if let Some(byte) = self.bytes.get(index)
-                    && let Some(found) = self.receiver.take(*byte)
+                    && let Some(found) = self.receiver.push(*byte)
                     && let Some(room) = content.get_mut(..found.len())
                 {
                     room.copy_from_slice(found);

@@ -4,7 +4,7 @@
 //! and with constant parameters: the code for a fixed scheme.
 #![no_std]
 
-use dimsart_core::{LinkState, counters_ahead, is_newer, math, next_number};
+use dimsart_core::{LinkState, counter_distance, is_newer, math, next_packet_number};
 
 /// Degrees of freedom.
 pub const DOF: usize = 3;
@@ -167,7 +167,7 @@ impl Master {
             } else if !is_next {
                 let is_old = !is_newer(packet.counter, self.received_counter);
                 let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_counter == 0;
-                delta = u32::from(counters_ahead(packet.counter, self.received_counter));
+                delta = u32::from(counter_distance(packet.counter, self.received_counter));
                 signals.state = match delta {
                     _ if self.received_counter == 0 => LinkState::Ok,
                     _ if packet.counter == self.received_counter => LinkState::Repeated,
@@ -190,7 +190,7 @@ impl Master {
                 self.received_counter = packet.counter;
                 self.accepted_counter = packet.counter;
                 if packet.echo != 0 {
-                    let packets = u32::from(counters_ahead(self.number as u16, packet.echo));
+                    let packets = u32::from(counter_distance(self.number as u16, packet.echo));
                     if packets < self.number {
                         signals.round_trip_ticks = packets + 1;
                     }
@@ -221,7 +221,7 @@ impl Master {
 
         let is_first = self.is_running_in;
         self.is_running_in = false;
-        self.number = next_number(self.number);
+        self.number = next_packet_number(self.number);
         send.content = CONTENT;
         send.counter = self.number as u16;
         send.echo = self.accepted_counter;

@@ -1,6 +1,6 @@
 //! Benchmark schemes: dependence of a step's cost on the sizes.
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 use dimsart_core::{
     AxisKind, Command, Context, DataType, DeviceDescriptor, Dimsart, Module, ModuleKinds, ModuleRef,
     ProvidedMemory, memory, scheme, types,
@@ -77,7 +77,7 @@ fn robot(
 
 /// `modules` empty modules.
 pub(crate) fn run_empty(modules: u8, ticks: u32) {
-    let mut dimsart = robot(ProvidedMemory::leaked(), WITH_EMPTY, 3, FEW);
+    let mut dimsart = robot(ProvidedMemory::leak_default(), WITH_EMPTY, 3, FEW);
     for number in 1..=modules {
         let module = ModuleRef::new(Empty::NAME, number);
         dimsart.command(Command::PlugIn(module)).expect("room for the module");
@@ -100,11 +100,11 @@ pub(crate) struct Scheme {
 
 /// Steps a scheme of P controllers, each with its own output.
 pub(crate) fn run_scheme(scheme: Scheme, ticks: u32) {
-    type LargeMemory = memory!(Sizes { words: 32_768, ..Sizes::DEFAULT });
+    type LargeMemory = memory!(Capacities { words: 32_768, ..Capacities::DEFAULT });
     let memory = if scheme.has_large_data_base {
         Box::leak(Box::new(LargeMemory::new())).into()
     } else {
-        ProvidedMemory::leaked()
+        ProvidedMemory::leak_default()
     };
     let mut dimsart = robot(memory, ALL, scheme.dof, if scheme.has_many_types { MANY } else { FEW });
     let mut rows = String::new();

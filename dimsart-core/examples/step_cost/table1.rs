@@ -11,7 +11,7 @@ const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 fn side(name: &'static str) -> Dimsart {
     let axes = [AxisKind::Linear; DOF];
     let device = DeviceDescriptor::new(name, &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.expect("a sound device"), ALL)
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device.expect("a sound device"), ALL)
         .expect("an empty Data Base");
     let faults =
         scheme::load(SCHEME, name, &["master", "slave"], &mut dimsart, |error| eprintln!("{error:?}"));

@@ -5,7 +5,7 @@ mod written_out;
 use core::cell::Cell;
 
 use crate::data_base::checked_words::CheckedWords;
-use crate::data_base::handle::{Grid, Input, Memory, Output, Signal, Single, Vector};
+use crate::data_base::handle::{Input, MatrixSignal, Memory, Output, ScalarSignal, Signal, Vector};
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_DOF;
 use crate::online::Programs;
@@ -136,13 +136,13 @@ impl<'a> Data<'a> {
     /// Returns the value of a scalar.
     #[inline]
     #[must_use]
-    pub fn get<T: Scalar>(&self, input: Input<Single<T>>) -> T {
+    pub fn get<T: Scalar>(&self, input: Input<ScalarSignal<T>>) -> T {
         self.word(input.block.offset, 0).map_or_else(T::default, read)
     }
 
     /// Writes a scalar.
     #[inline]
-    pub fn set<T: Scalar>(&self, output: Output<Single<T>>, value: T) {
+    pub fn set<T: Scalar>(&self, output: Output<ScalarSignal<T>>, value: T) {
         if let Some(word) = self.word(output.block.offset, 0) {
             word.set(value.into_word().0);
         }
@@ -151,13 +151,19 @@ impl<'a> Data<'a> {
     /// Returns an element of a matrix; zero outside it.
     #[inline]
     #[must_use]
-    pub fn element<S: Grid>(&self, input: Input<S>, row: usize, column: usize) -> S::Value {
+    pub fn element<S: MatrixSignal>(&self, input: Input<S>, row: usize, column: usize) -> S::Value {
         self.cell(input.block.offset, S::size(self.dof()), row, column).map_or_else(S::Value::default, read)
     }
 
     /// Writes an element of a matrix; ignored outside it.
     #[inline]
-    pub fn set_element<S: Grid>(&self, output: Output<S>, row: usize, column: usize, value: S::Value) {
+    pub fn set_element<S: MatrixSignal>(
+        &self,
+        output: Output<S>,
+        row: usize,
+        column: usize,
+        value: S::Value,
+    ) {
         if let Some(word) = self.cell(output.block.offset, S::size(self.dof()), row, column) {
             word.set(value.into_word().0);
         }
@@ -200,7 +206,7 @@ impl<'a> Data<'a> {
     /// Returns the position of the row after `position`; wraps at the end of the memory.
     #[inline(always)]
     #[must_use]
-    pub fn row_after(&self, memory: Memory, position: u16) -> u16 {
+    pub fn next_row(&self, memory: Memory, position: u16) -> u16 {
         let next = position.saturating_add(u16::from(self.dof as u8));
         if next < memory.block.words { next } else { 0 }
     }

@@ -22,7 +22,7 @@ pub trait Signal {
 }
 
 /// A signal with rows and columns.
-pub trait Grid: Signal {
+pub trait MatrixSignal: Signal {
     /// Type of an element.
     type Value: Scalar;
     /// Returns rows and columns on a device with `dof` axes.
@@ -35,7 +35,7 @@ pub struct Vector<T = f32>(PhantomData<T>);
 
 /// A single value.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Single<T = f32>(PhantomData<T>);
+pub struct ScalarSignal<T = f32>(PhantomData<T>);
 
 /// `R × C` values, row by row.
 #[derive(Debug, Clone, Copy, Default)]
@@ -60,7 +60,7 @@ impl<T: Scalar> Signal for Vector<T> {
     }
 }
 
-impl<T: Scalar> Signal for Single<T> {
+impl<T: Scalar> Signal for ScalarSignal<T> {
     const FORMAT: Option<Format> = Some(T::FORMAT);
     fn takes(shape: Shape) -> bool {
         shape == Shape::Scalar
@@ -82,7 +82,7 @@ impl<const R: u8, const C: u8, T: Scalar> Signal for Matrix<R, C, T> {
     }
 }
 
-impl<const R: u8, const C: u8, T: Scalar> Grid for Matrix<R, C, T> {
+impl<const R: u8, const C: u8, T: Scalar> MatrixSignal for Matrix<R, C, T> {
     type Value = T;
     #[inline]
     fn size(_: usize) -> (usize, usize) {
@@ -101,7 +101,7 @@ impl<T: Scalar> Signal for Square<T> {
     }
 }
 
-impl<T: Scalar> Grid for Square<T> {
+impl<T: Scalar> MatrixSignal for Square<T> {
     type Value = T;
     #[inline]
     fn size(dof: usize) -> (usize, usize) {

@@ -16,13 +16,13 @@ pub struct Counter {
 impl Counter {
     /// Creates a counter from a register whose 32 bits count up.
     #[must_use]
-    pub const fn up(register: &'static AtomicU32) -> Self {
+    pub const fn counting_up(register: &'static AtomicU32) -> Self {
         Self { register, flip: 0, mask: u32::MAX, counts_per_cycle: 1 }
     }
 
     /// Creates a counter from a register whose lowest `bits` (1 to 32) count down.
     #[must_use]
-    pub const fn down(register: &'static AtomicU32, bits: u32) -> Self {
+    pub const fn counting_down(register: &'static AtomicU32, bits: u32) -> Self {
         Self {
             register,
             flip: u32::MAX,
@@ -44,7 +44,7 @@ impl Counter {
         self.counts_per_cycle
     }
 
-    /// Reads the counter, for [`since`](Self::since).
+    /// Reads the counter, for [`elapsed_since`](Self::elapsed_since).
     #[inline]
     #[must_use]
     pub fn now(&self) -> u32 {
@@ -54,14 +54,14 @@ impl Counter {
     /// Returns the counts since `start`, modulo 2^[`bits`](Self::bits).
     #[inline]
     #[must_use]
-    pub fn since(&self, start: u32) -> u32 {
-        self.between(start, self.now())
+    pub fn elapsed_since(&self, start: u32) -> u32 {
+        self.elapsed_between(start, self.now())
     }
 
     /// Returns the counts between two readings, modulo 2^[`bits`](Self::bits).
     #[inline]
     #[must_use]
-    pub fn between(&self, start: u32, end: u32) -> u32 {
+    pub fn elapsed_between(&self, start: u32, end: u32) -> u32 {
         end.wrapping_sub(start) & self.mask
     }
 
@@ -80,11 +80,11 @@ mod tests {
     fn both_ways_of_counting_give_the_same_across_the_wrap() {
         static UP: AtomicU32 = AtomicU32::new(u32::MAX - 1);
         static DOWN: AtomicU32 = AtomicU32::new(1);
-        let (up, down) = (Counter::up(&UP), Counter::down(&DOWN, 24));
+        let (up, down) = (Counter::counting_up(&UP), Counter::counting_down(&DOWN, 24));
         let starts = [up.now(), down.now()];
         UP.store(5, Relaxed);
         DOWN.store(0xff_fffa, Relaxed);
-        assert_eq!([up.since(starts[0]), down.since(starts[1])], [7, 7]);
-        assert_eq!([up.bits(), down.bits(), Counter::down(&DOWN, 99).bits()], [32, 24, 32]);
+        assert_eq!([up.elapsed_since(starts[0]), down.elapsed_since(starts[1])], [7, 7]);
+        assert_eq!([up.bits(), down.bits(), Counter::counting_down(&DOWN, 99).bits()], [32, 24, 32]);
     }
 }

@@ -2,7 +2,7 @@
 
 use core::iter;
 
-use crate::device::input_limits::{InputLimits, LimitsFault};
+use crate::device::input_limits::{InputLimits, LimitsError};
 use crate::device::output_limits::OutputLimits;
 use crate::limits::{MAX_DEVICE_TYPES, MAX_DOF, MAX_LIMITED_WORDS};
 use crate::signal::{AxisKind, DataType, Format};
@@ -70,7 +70,7 @@ pub enum DescriptorError {
         wanted: usize,
     },
     /// Two types have the same number or name.
-    SameType {
+    DuplicateType {
         /// Number of the second type.
         id: u16,
         /// Index of the first type in outputs followed by inputs, from 0.
@@ -79,7 +79,7 @@ pub enum DescriptorError {
         second: usize,
     },
     /// A device's own type has a number below 0x8000, which is reserved for the standard catalogue.
-    OwnType {
+    ReservedTypeId {
         /// Its number.
         id: u16,
     },
@@ -105,7 +105,7 @@ pub enum DescriptorError {
         /// Index of the word in the frame to the device, from 0.
         word: usize,
         /// Reason.
-        fault: LimitsFault,
+        fault: LimitsError,
     },
 }
 
@@ -121,12 +121,12 @@ impl core::fmt::Display for DescriptorError {
             Self::TooManyTypes { wanted } => {
                 write!(f, "device has {wanted} inputs or outputs: the limit is {MAX_DEVICE_TYPES} each")
             }
-            Self::SameType { id, first, second } => write!(
+            Self::DuplicateType { id, first, second } => write!(
                 f,
                 "duplicate data type {id}, entries {first} and {second} of the device's outputs and inputs: numbers and \
                  names of types must be unique"
             ),
-            Self::OwnType { id } => write!(
+            Self::ReservedTypeId { id } => write!(
                 f,
                 "data type {id} is not in the standard catalogue: number the device's own types from 0x8000"
             ),
@@ -284,15 +284,15 @@ impl DeviceDescriptor {
     /// Finds a type by number among the device's own and the standard types.
     #[must_use]
     pub fn data_type(&self, id: u16) -> Option<&'static DataType> {
-        self.own_types().find(|data_type| data_type.id == id).or_else(|| crate::signal::types::by_id(id))
+        self.own_types().find(|data_type| data_type.id == id).or_else(|| crate::signal::types::find_by_id(id))
     }
 
     /// Finds a type by name among the device's own and the standard types.
     #[must_use]
-    pub fn data_type_named(&self, name: &str) -> Option<&'static DataType> {
+    pub fn data_type_by_name(&self, name: &str) -> Option<&'static DataType> {
         self.own_types()
             .find(|data_type| data_type.name == name)
-            .or_else(|| crate::signal::types::by_name(name))
+            .or_else(|| crate::signal::types::find_by_name(name))
     }
 
     /// Returns how many of the outputs are timing outputs: the last outputs, equal to the last of
@@ -351,10 +351,10 @@ fn check_types(outputs: &[&'static DataType], inputs: &[&'static DataType]) -> R
     for (second, data_type) in all().enumerate() {
         let DataType { id, name, .. } = *data_type;
         if let Some(first) = all().take(second).position(|found| found.id == id || found.name == name) {
-            return Err(DescriptorError::SameType { id, first, second });
+            return Err(DescriptorError::DuplicateType { id, first, second });
         }
-        if id < OWN_TYPES && crate::signal::types::by_id(id) != Some(data_type) {
-            return Err(DescriptorError::OwnType { id });
+        if id < OWN_TYPES && crate::signal::types::find_by_id(id) != Some(data_type) {
+            return Err(DescriptorError::ReservedTypeId { id });
         }
     }
     Ok(())

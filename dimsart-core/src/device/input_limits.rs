@@ -39,7 +39,7 @@ pub enum SafeValue {
 /// Reason why limits are invalid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum LimitsFault {
+pub enum LimitsError {
     /// The range is empty or not finite, or does not contain 0, which the safe value needs.
     Range,
     /// The rate is not above 0.
@@ -61,7 +61,7 @@ pub enum LimitsFault {
     Format,
 }
 
-impl core::fmt::Display for LimitsFault {
+impl core::fmt::Display for LimitsError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match *self {
             Self::Range => "the range must be finite, and contain 0 unless the safe value is Hold",
@@ -86,32 +86,32 @@ impl InputLimits {
         Self { min: f32::MIN, max: f32::MAX, rate_per_s: f32::INFINITY, safe_value: SafeValue::Zero };
 
     /// # Errors
-    /// [`LimitsFault`] when the limits are invalid for a word of this type.
+    /// [`LimitsError`] when the limits are invalid for a word of this type.
     pub(crate) fn check(
         &self,
         data_type: &DataType,
         outputs: &[&DataType],
         sample_period_s: f32,
-    ) -> Result<(), LimitsFault> {
+    ) -> Result<(), LimitsError> {
         let require = |is_so: bool, fault| if is_so { Ok(()) } else { Err(fault) };
         if data_type.format != Format::F32 {
             let is_plain = matches!(self.safe_value, SafeValue::Zero | SafeValue::Hold);
             let without = Self { safe_value: self.safe_value, ..Self::NONE };
-            return require(is_plain && *self == without, LimitsFault::Format);
+            return require(is_plain && *self == without, LimitsError::Format);
         }
         let is_range = self.min.is_finite() && self.max.is_finite() && self.min <= self.max;
         let has_zero = self.min <= 0.0 && 0.0 <= self.max;
-        require(is_range && (has_zero || self.safe_value == SafeValue::Hold), LimitsFault::Range)?;
-        require(self.rate_per_s > 0.0, LimitsFault::Rate)?;
+        require(is_range && (has_zero || self.safe_value == SafeValue::Hold), LimitsError::Range)?;
+        require(self.rate_per_s > 0.0, LimitsError::Rate)?;
         // Minimum change per tick: one ulp at the largest magnitude.
         let at = self.min.abs().max(self.max.abs()).max(f32::MIN_POSITIVE);
         let min_per_s = (at - f32::from_bits(at.to_bits() - 1)) / sample_period_s;
-        let too_small = LimitsFault::RateTooSmall { rate_per_s: self.rate_per_s, at, min_per_s };
+        let too_small = LimitsError::RateTooSmall { rate_per_s: self.rate_per_s, at, min_per_s };
         require(self.rate_per_s >= min_per_s, too_small)?;
         let SafeValue::Damping { coefficient } = self.safe_value else { return Ok(()) };
-        require(coefficient.is_finite() && coefficient > 0.0, LimitsFault::Coefficient)?;
+        require(coefficient.is_finite() && coefficient > 0.0, LimitsError::Coefficient)?;
         let has_axes = data_type.shape == Shape::Vector;
         let has_velocity = [types::VELOCITY, types::POSITION].iter().any(|from| outputs.contains(from));
-        require(has_axes && has_velocity, LimitsFault::NoVelocity)
+        require(has_axes && has_velocity, LimitsError::NoVelocity)
     }
 }

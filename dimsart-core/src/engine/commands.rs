@@ -103,7 +103,7 @@ impl Engine {
         let mut cursor = CommandCursor::default();
         core::iter::from_fn(move || {
             loop {
-                let (place, index) = cursor.place_and_index();
+                let (place, index) = cursor.next_command_location();
                 let command = self.rebuild_command(place, index);
                 if !cursor.advance(command.is_some()) {
                     return None;
@@ -126,7 +126,7 @@ pub struct CommandCursor {
 impl CommandCursor {
     /// Returns place and index of the next command.
     #[must_use]
-    pub fn place_and_index(self) -> (u8, u16) {
+    pub fn next_command_location(self) -> (u8, u16) {
         (self.place, self.index)
     }
 

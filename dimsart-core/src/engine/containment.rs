@@ -63,11 +63,11 @@ impl Engine {
     pub fn module_fault(&self) -> Option<ModuleFault> {
         let failed = self.failed;
         let drivers = failed & self.schemes.running().wiring.drives_device();
-        self.faults_of(if drivers == 0 { failed } else { drivers }).next()
+        self.module_faults(if drivers == 0 { failed } else { drivers }).next()
     }
 
     /// Returns the faults of these modules, one bit per place in the plug-in order.
-    pub fn faults_of(&self, places: u32) -> impl Iterator<Item = ModuleFault> + '_ {
+    pub fn module_faults(&self, places: u32) -> impl Iterator<Item = ModuleFault> + '_ {
         let modules = (0..).zip(self.schemes.running().wiring.modules());
         let modules = modules.filter(move |(order, _)| places & module_bit(*order) != 0);
         modules.map(|(_, plugged)| self.fault_of(plugged))

@@ -63,7 +63,7 @@ impl Engine {
     /// Returns the cycles that a module of a kind adds to a tick of this device, with signals of at most one
     /// word per axis; none if unknown.
     #[must_use]
-    pub fn cycles_of(&self, kind: KindId) -> Option<u32> {
+    pub fn module_cycles(&self, kind: KindId) -> Option<u32> {
         Some(self.costs?.kind(kind)?.cycles(self.device.dof()))
     }
 }

@@ -59,7 +59,7 @@ impl ModuleKinds {
     #[must_use]
     #[expect(clippy::indexing_slicing, reason = "a constant: out of bounds is a build error")]
     pub const fn ids<const COUNT: usize>(self) -> [KindId; COUNT] {
-        let mut ids = [KindId::of(""); COUNT];
+        let mut ids = [KindId::from_name(""); COUNT];
         let mut place = 0;
         while place < COUNT {
             ids[place] = self.list[place].id;

@@ -206,7 +206,7 @@ impl Engine {
     /// Returns the cycles that a program and its module add to a tick; none if unknown.
     fn cycles_with_module(&self, number: u8) -> Option<u32> {
         let kind = self.kinds().list().iter().find(|kind| kind.runs_program())?;
-        let own = self.cycles_of(kind.id)?;
+        let own = self.module_cycles(kind.id)?;
         Some(own.saturating_add(self.cycles_of_program(number)?))
     }
 

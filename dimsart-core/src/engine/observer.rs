@@ -66,7 +66,7 @@ impl Calls<'_> {
             if is_usual || self.prepare(call, failed, data) {
                 let start = self.counter.map_or(0, |counter| counter.now());
                 make(place, call);
-                if self.counter.is_some_and(|counter| counter.since(start) > call.budget_counts) {
+                if self.counter.is_some_and(|counter| counter.elapsed_since(start) > call.budget_counts) {
                     cold_path();
                     failed |= module_bit(call.order);
                     is_usual = false;

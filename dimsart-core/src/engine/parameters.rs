@@ -9,16 +9,16 @@ use crate::data_base::Block;
 use crate::limits::MAX_PORTS;
 use crate::module::rate::{self, EVERY_TICKS};
 use crate::module::{
-    Declare, KindId, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleKind, ModuleRef, PortSpec, PortSpecs,
+    Declarations, KindId, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleKind, ModuleRef, PortSpec, PortSpecs,
 };
-use crate::parameter::{Entries, Found, ParameterError, Parameters, Value};
+use crate::parameter::{Found, ParameterError, ParameterShape, Parameters, Value};
 use crate::scheme::{CommandError, Instance, Scheme};
 use crate::signal::TypeRef;
 use crate::vocabulary::Vocabulary as _;
 
 impl Engine {
     /// Returns the value of a module's parameter, in the pending scheme while a transaction is open; `place`
-    /// is the index of one of [several values](crate::Entries), such as the axis.
+    /// is the index of one of [several values](crate::ParameterShape), such as the axis.
     ///
     /// # Errors
     /// [`CommandError`] when the module, the parameter or the value does not exist.
@@ -70,9 +70,9 @@ impl Engine {
         kind: KindId,
         parameter: u8,
         place: Option<u8>,
-    ) -> Result<(Entries, u8, Option<u8>), ParameterError> {
+    ) -> Result<(ParameterShape, u8, Option<u8>), ParameterError> {
         let found = self.kinds().describe_parameter(kind, parameter);
-        let entries = found.map_or(Entries::ONE, |found| found.entries);
+        let entries = found.map_or(ParameterShape::ONE, |found| found.entries);
         let Some(place) = place else { return Ok((entries, 0, None)) };
         let (axis, element) = entries.split(place, self.dof()).ok_or(ParameterError::NoSuchEntry)?;
         Ok((entries, axis, element))
@@ -105,7 +105,8 @@ impl Engine {
     pub(super) fn declare(&self, scheme: &Scheme, module: ModuleRef, specs: &mut PortSpecs) -> bool {
         let Some(kind) = self.kind(module.kind) else { return false };
         let settings = self.settings(scheme, module, kind);
-        let mut declare = Declare::new(&self.device, self.data_base.programs(), scheme.bound(module), specs);
+        let mut declare =
+            Declarations::new(&self.device, self.data_base.programs(), scheme.bound(module), specs);
         kind.ports(&settings, &mut declare, &[const { Cell::new(0) }; MAX_HANDLES]);
         declare.has_all()
     }

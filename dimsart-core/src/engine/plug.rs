@@ -25,7 +25,7 @@ impl Engine {
             self.give_back_slots();
             return edited;
         }
-        self.open(Transaction::OfOneCommand);
+        self.open(Transaction::SingleCommand);
         let edited = self.edit(command).and_then(|()| self.take_effect(command));
         edited.inspect_err(|_| self.drop_pending())
     }
@@ -149,7 +149,7 @@ impl Engine {
         let mut result = Ok(());
         let mut visit = Parameters::set(parameter, element, value, may_restructure, &mut result);
         self.visit(module.kind, configuration, axis, &mut visit);
-        if result.is_ok() && entries.are_per_axis() && place.is_none() {
+        if result.is_ok() && entries.is_per_axis() && place.is_none() {
             for other in 1..self.dof() {
                 let mut result = Ok(());
                 let mut visit = Parameters::set(parameter, None, value, may_restructure, &mut result);

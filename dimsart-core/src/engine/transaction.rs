@@ -19,11 +19,11 @@ use crate::signal::DataType;
 pub(super) enum Transaction {
     None = 0,
     /// Open for the current command.
-    OfOneCommand,
+    SingleCommand,
     /// Open for any number of commands.
     Open,
     /// As [`Open`](Self::Open); a stopped scheme starts with the commit.
-    OpenAndStarts,
+    OpenWithStart,
 }
 
 impl Transaction {
@@ -32,7 +32,7 @@ impl Transaction {
     }
 
     pub(super) fn is_open(self) -> bool {
-        matches!(self, Self::Open | Self::OpenAndStarts)
+        matches!(self, Self::Open | Self::OpenWithStart)
     }
 }
 
@@ -71,7 +71,7 @@ impl Engine {
         if !self.transaction.is_open() {
             return Err(CommandError::NoTransaction);
         }
-        let starts = self.transaction == Transaction::OpenAndStarts;
+        let starts = self.transaction == Transaction::OpenWithStart;
         if self.is_running || starts {
             self.check_all()?;
         }
@@ -87,7 +87,7 @@ impl Engine {
     pub(super) fn check_and_start(&mut self) -> Result<(), CommandError> {
         self.check_all()?;
         if self.transaction.is_open() {
-            self.transaction = Transaction::OpenAndStarts;
+            self.transaction = Transaction::OpenWithStart;
         } else if !self.is_running {
             self.start();
         }
@@ -107,7 +107,7 @@ impl Engine {
     /// Stops the scheme; a commit does not restart it.
     pub(super) fn stop(&mut self) {
         self.is_running = false;
-        if self.transaction == Transaction::OpenAndStarts {
+        if self.transaction == Transaction::OpenWithStart {
             self.transaction = Transaction::Open;
         }
     }

@@ -4,7 +4,7 @@ use super::Engine;
 use crate::device::DeviceDescriptor;
 use crate::module::{KindId, ModuleRef};
 use crate::signal::{AxisKind, DataType, types};
-use crate::vocabulary::{DataTypeText, ParameterText, PortDescription, Vocabulary};
+use crate::vocabulary::{DataTypeDescription, ParameterDescription, PortDescription, Vocabulary};
 
 impl Vocabulary for Engine {
     fn device_name(&self) -> &str {
@@ -23,7 +23,7 @@ impl Vocabulary for Engine {
         self.kind(kind).map(|kind| kind.name)
     }
 
-    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>> {
+    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterDescription<'_>> {
         self.kinds().describe_parameter(kind, index)?.try_into().ok()
     }
 
@@ -31,8 +31,8 @@ impl Vocabulary for Engine {
         self.describe_port(module, index)
     }
 
-    fn type_text(&self, index: u16) -> Option<DataTypeText<'_>> {
-        type_at(&self.device, index).map(DataTypeText::from)
+    fn type_text(&self, index: u16) -> Option<DataTypeDescription<'_>> {
+        type_at(&self.device, index).map(DataTypeDescription::from)
     }
 }
 
@@ -61,7 +61,7 @@ pub fn type_at(device: &DeviceDescriptor, index: u16) -> Option<&'static DataTyp
     let own = || device.outputs.iter().chain(device.inputs).copied();
     let is_new = |(place, data_type): &(usize, &DataType)| {
         let is_same = |other: &DataType| other.id == data_type.id;
-        types::by_id(data_type.id).is_none() && !own().take(*place).any(is_same)
+        types::find_by_id(data_type.id).is_none() && !own().take(*place).any(is_same)
     };
     let own_only = own().enumerate().filter(is_new).map(|(_, data_type)| data_type);
     types::ALL.iter().chain(own_only).nth(usize::from(index))

@@ -9,7 +9,7 @@ use crate::module::{KindId, ModuleRef};
 use crate::parameter::ParameterError;
 use crate::scheme::CommandError;
 use crate::signal::AxisKind;
-use crate::vocabulary::{DataTypeText, ParameterText, PortDescription, Vocabulary};
+use crate::vocabulary::{DataTypeDescription, ParameterDescription, PortDescription, Vocabulary};
 
 /// A module's name, if names are known.
 struct Named<'a, V: ?Sized>(Option<&'a V>, ModuleRef);
@@ -215,7 +215,7 @@ impl Vocabulary for Unnamed {
         match *self {}
     }
 
-    fn parameter_text(&self, _: KindId, _: u8) -> Option<ParameterText<'_>> {
+    fn parameter_text(&self, _: KindId, _: u8) -> Option<ParameterDescription<'_>> {
         match *self {}
     }
 
@@ -223,7 +223,7 @@ impl Vocabulary for Unnamed {
         match *self {}
     }
 
-    fn type_text(&self, _: u16) -> Option<DataTypeText<'_>> {
+    fn type_text(&self, _: u16) -> Option<DataTypeDescription<'_>> {
         match *self {}
     }
 }

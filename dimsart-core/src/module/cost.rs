@@ -30,7 +30,7 @@ impl Cost {
 
     /// Returns the fixed cycles and the cycles per degree of freedom.
     #[must_use]
-    pub const fn line(self) -> (u16, u16) {
+    pub const fn coefficients(self) -> (u16, u16) {
         (self.offset, self.per_dof)
     }
 
@@ -105,9 +105,12 @@ mod tests {
     #[test]
     fn a_kind_has_the_line_of_its_number_or_none() {
         const LINES: [Cost; 3] = [Cost::new(500, 60), Cost::new(100, 10), Cost::UNKNOWN];
-        const KINDS: [KindId; 2] = [KindId::of("PD"), KindId::of("P")];
+        const KINDS: [KindId; 2] = [KindId::from_name("PD"), KindId::from_name("P")];
         let costs = Costs::new(&LINES, &KINDS);
         assert_eq!(costs.tick(), Some(Cost::new(500, 60)));
-        assert_eq!(["PD", "P", "PID"].map(|name| costs.kind(KindId::of(name))), [Some(LINES[1]), None, None]);
+        assert_eq!(
+            ["PD", "P", "PID"].map(|name| costs.kind(KindId::from_name(name))),
+            [Some(LINES[1]), None, None]
+        );
     }
 }

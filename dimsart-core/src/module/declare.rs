@@ -15,7 +15,7 @@ use crate::signal::{DataType, TypeRef, UnitConstraint, UnitRelation};
 /// signals of its type's unit. [`late`](Self::late), [`delayed`](Self::delayed) and
 /// [`any_unit`](Self::any_unit) change this for the next port: `declare.late().input("FORCE", types::FORCE)`.
 #[derive(Debug)]
-pub struct Declare<'a> {
+pub struct Declarations<'a> {
     device: &'a DeviceDescriptor,
     programs: &'a Programs,
     specs: &'a mut PortSpecs,
@@ -38,7 +38,7 @@ struct Next {
     signal: Option<TypeRef>,
 }
 
-impl<'a> Declare<'a> {
+impl<'a> Declarations<'a> {
     /// Creates a collector that writes into `specs`. `bound` has the signals that commands have bound to
     /// ports.
     pub(crate) fn new(

@@ -6,7 +6,7 @@ use crate::data_base::Data;
 use crate::device::DeviceDescriptor;
 use crate::module::Module;
 use crate::module::context::Context;
-use crate::module::declare::Declare;
+use crate::module::declare::Declarations;
 use crate::module::kind_id::KindId;
 use crate::module::port::Stage;
 use crate::parameter::Parameters;
@@ -19,7 +19,7 @@ pub(crate) type Compute = fn(&Data<'_>, u16, u16);
 pub(crate) type Begin = fn(&Data<'_>, u16, u16, bool);
 
 /// Declares the ports of a module with these settings, and fills in its handles.
-type DeclarePorts = fn(&[Cell<u32>], &mut Declare<'_>, &[Cell<u32>]);
+type DeclarePorts = fn(&[Cell<u32>], &mut Declarations<'_>, &[Cell<u32>]);
 
 /// A module kind: description and functions.
 #[derive(Debug, Clone, Copy)]
@@ -69,7 +69,7 @@ impl ModuleKind {
         #[expect(clippy::cast_possible_truncation, reason = "checked above")]
         Self {
             name: M::NAME,
-            id: KindId::of(M::NAME),
+            id: KindId::from_name(M::NAME),
             summary: Summary::new(M::SUMMARY),
             outlasts_arming: M::KEEPS_STATE_ON_ARMING,
             runs_program: M::RUNS_PROGRAM,
@@ -158,7 +158,12 @@ impl ModuleKind {
     }
 
     /// Declares the ports of a module with these settings, and fills in its handles.
-    pub(crate) fn ports(&self, settings: &[Cell<u32>], declare: &mut Declare<'_>, handles: &[Cell<u32>]) {
+    pub(crate) fn ports(
+        &self,
+        settings: &[Cell<u32>],
+        declare: &mut Declarations<'_>,
+        handles: &[Cell<u32>],
+    ) {
         (self.ports)(settings, declare, handles);
     }
 
@@ -226,7 +231,7 @@ fn prepare<M: Module>(of: &Configuration<'_>, device: &DeviceDescriptor) {
     }
 }
 
-fn ports<M: Module>(settings: &[Cell<u32>], declare: &mut Declare<'_>, handles: &[Cell<u32>]) {
+fn ports<M: Module>(settings: &[Cell<u32>], declare: &mut Declarations<'_>, handles: &[Cell<u32>]) {
     store(&M::ports(&load::<M::Settings>(settings), declare), handles);
 }
 

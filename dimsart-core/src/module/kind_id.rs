@@ -18,7 +18,7 @@ impl KindId {
     /// Computes the id of the kind with this name.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "the halves are combined")]
-    pub const fn of(name: &str) -> Self {
+    pub const fn from_name(name: &str) -> Self {
         let mut hash: u32 = 0x811C_9DC5;
         let mut bytes = name.as_bytes();
         while let [byte, rest @ ..] = bytes {
@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn an_id_follows_from_the_name_alone() {
         // By another implementation of FNV-1a.
-        assert_eq!(KindId::of("PDCTRL_MOD"), KindId::from_bits(0x739E));
-        assert_eq!(KindId::of(""), KindId::from_bits(0x811C ^ 0x9DC5));
+        assert_eq!(KindId::from_name("PDCTRL_MOD"), KindId::from_bits(0x739E));
+        assert_eq!(KindId::from_name(""), KindId::from_bits(0x811C ^ 0x9DC5));
     }
 }

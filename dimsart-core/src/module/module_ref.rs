@@ -18,11 +18,11 @@ pub struct ModuleRef {
 
 impl ModuleRef {
     /// A reference to no module.
-    pub const NONE: Self = Self { kind: KindId::of(""), number: 0 };
+    pub const NONE: Self = Self { kind: KindId::from_name(""), number: 0 };
 
     /// Creates a reference by the kind's name, such as `ModuleRef::new("PDCTRL_MOD", 2)`.
     #[must_use]
     pub const fn new(kind: &str, number: u8) -> Self {
-        Self { kind: KindId::of(kind), number }
+        Self { kind: KindId::from_name(kind), number }
     }
 }

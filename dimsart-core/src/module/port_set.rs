@@ -1,6 +1,6 @@
 //! Structs of handles.
 
-use super::Declare;
+use super::Declarations;
 use crate::data_base::{Input, Memory, Output, Signal};
 use crate::signal::Words;
 
@@ -8,7 +8,7 @@ use crate::signal::Words;
 pub trait PortSet: Words {
     /// Declares the ports, in order. An undeclared handle reads zero, and writes to it are dropped.
     #[must_use]
-    fn declare(declare: &mut Declare<'_>) -> Self {
+    fn declare(declare: &mut Declarations<'_>) -> Self {
         let _ = declare;
         Self::load(&[])
     }
@@ -37,7 +37,7 @@ macro_rules! ports {
         impl $crate::PortSet for $name {
             #[inline(always)]
             #[allow(unused_mut, unused_variables)]
-            fn declare(declare: &mut $crate::Declare<'_>) -> Self {
+            fn declare(declare: &mut $crate::Declarations<'_>) -> Self {
                 let mut ports = Self::default();
                 $($(ports.$field = declare.$($method($($argument),*)).+;)?)*
                 ports

@@ -3,7 +3,7 @@
 //! All n divide [`CYCLE_TICKS`], after which the pattern repeats. So the modules that run in the same tick
 //! are known, and modules with n above 1 are spread over the ticks with the least load.
 
-use crate::parameter::{Accepts, Entries, Parameter, Value};
+use crate::parameter::{Parameter, ParameterShape, ParameterType, Value};
 use crate::signal::{Summary, Unit};
 
 /// Number of the parameter `EVERY_TICKS`, which every module has: the module's period in ticks.
@@ -52,8 +52,8 @@ impl Rate {
 pub(crate) const PARAMETER: Parameter = Parameter {
     name: "EVERY_TICKS",
     unit: Unit::Tick,
-    accepts: Accepts::Choice(NAMES),
-    entries: Entries::ONE,
+    accepts: ParameterType::Choice(NAMES),
+    entries: ParameterShape::ONE,
     default: Some(Value::Choice(0)),
     is_structural: true,
     summary: Summary::new("Period of the module in ticks; its outputs hold their values in between."),

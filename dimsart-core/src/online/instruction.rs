@@ -1,9 +1,9 @@
 //! Instructions of a program, one word each.
 
 /// Number of registers.
-pub const REGISTERS: usize = 32;
+pub const REGISTER_COUNT: usize = 32;
 /// Axis field that means the current axis.
-pub const OWN_AXIS: u8 = FIELD;
+pub const CURRENT_AXIS: u8 = FIELD;
 
 const FIELD: u8 = 0x3F;
 
@@ -21,7 +21,7 @@ macro_rules! opcodes {
             /// Returns the opcode of a number, if there is one.
             #[inline(always)]
             #[must_use]
-            pub const fn of(number: u8) -> Option<Self> {
+            pub const fn from_number(number: u8) -> Option<Self> {
                 // Compiles to one comparison.
                 match number {
                     $(number if number == Self::$name as u8 => Some(Self::$name),)*
@@ -58,9 +58,9 @@ macro_rules! opcodes {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Field {
     /// Register to write.
-    To,
+    Destination,
     /// Register to read.
-    From,
+    Source,
     /// Constant.
     Constant,
     /// Input.
@@ -71,61 +71,61 @@ pub enum Field {
     Parameter,
     /// State.
     State,
-    /// Axis, or [`OWN_AXIS`].
+    /// Axis, or [`CURRENT_AXIS`].
     Axis,
 }
 
 opcodes! {
     /// Loads a constant.
-    Constant [To Constant],
+    Constant [Destination Constant],
     /// Loads the sample period, `s`.
-    Period [To],
+    Period [Destination],
     /// Loads an input of an axis.
-    Input [To Input Axis],
+    Input [Destination Input Axis],
     /// Loads a parameter of an axis; the current axis' parameters are already in registers.
-    Parameter [To Parameter Axis],
+    Parameter [Destination Parameter Axis],
     /// Loads the last value of an output if the law takes over from another one; otherwise 0.
-    Last [To Output Axis],
+    Last [Destination Output Axis],
     /// Stores a state for the next tick.
-    Remember [State From],
+    Remember [State Source],
     /// Writes an output of an axis.
-    Output [Output From Axis],
+    Output [Output Source Axis],
     /// `a + b`.
-    Add [To From From],
+    Add [Destination Source Source],
     /// `a - b`.
-    Subtract [To From From],
+    Subtract [Destination Source Source],
     /// `a * b`.
-    Multiply [To From From],
+    Multiply [Destination Source Source],
     /// `a / b`.
-    Divide [To From From],
+    Divide [Destination Source Source],
     /// `a * b + c`, rounded twice.
-    MultiplyAdd [To From From From],
+    MultiplyAdd [Destination Source Source Source],
     /// `-a`.
-    Negate [To From],
+    Negate [Destination Source],
     /// Absolute value of `a`.
-    Absolute [To From],
+    Absolute [Destination Source],
     /// Minimum.
-    Minimum [To From From],
+    Minimum [Destination Source Source],
     /// Maximum.
-    Maximum [To From From],
+    Maximum [Destination Source Source],
     /// Limits `a` to at least `b`, then to at most `c`.
-    Clamp [To From From From],
+    Clamp [Destination Source Source Source],
     /// 1 if `a < b`, else 0.
-    Less [To From From],
+    Less [Destination Source Source],
     /// 1 if `a <= b`, else 0.
-    LessOrEqual [To From From],
+    LessOrEqual [Destination Source Source],
     /// 1 if `a == b`, else 0.
-    Equal [To From From],
+    Equal [Destination Source Source],
     /// `b` if `a` is not 0, else `c`.
-    Select [To From From From],
+    Select [Destination Source Source Source],
     /// [`math::sqrt`](crate::math::sqrt).
-    SquareRoot [To From],
+    SquareRoot [Destination Source],
     /// [`math::sin`](crate::math::sin).
-    Sine [To From],
+    Sine [Destination Source],
     /// [`math::cos`](crate::math::cos).
-    Cosine [To From],
+    Cosine [Destination Source],
     /// [`math::atan2`](crate::math::atan2).
-    Arctangent [To From From],
+    Arctangent [Destination Source Source],
 }
 
 impl Opcode {
@@ -134,13 +134,13 @@ impl Opcode {
 
 /// Bit mask of the opcodes.
 const NUMBERS: u32 = 0x1F;
-const _: () = assert!(OPCODES <= 0x20, "too many opcodes");
+const _: () = assert!(OPCODE_COUNT <= 0x20, "too many opcodes");
 
 /// First bits of an instruction's fields, 6 bits each.
 pub(super) const PLACES: [u32; 4] = [8, 14, 20, 26];
 
 /// Number of opcodes.
-pub const OPCODES: usize = Opcode::ALL.len();
+pub const OPCODE_COUNT: usize = Opcode::ALL.len();
 
 /// An instruction: opcode in the low 8 bits, then four fields of 6 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -159,7 +159,7 @@ impl Instruction {
     #[must_use]
     pub fn opcode(self) -> Option<Opcode> {
         let [number, ..] = self.0.to_le_bytes();
-        Opcode::of(number)
+        Opcode::from_number(number)
     }
 
     /// Returns the fields.

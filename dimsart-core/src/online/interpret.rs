@@ -1,6 +1,6 @@
 //! Interpreter of programs.
 
-use super::instruction::{Field, Instruction, Opcode, PLACES, REGISTERS};
+use super::instruction::{Field, Instruction, Opcode, PLACES, REGISTER_COUNT};
 use crate::math;
 
 /// Environment of a program on the current axis. Missing items read 0, and writes to them are dropped.
@@ -20,7 +20,7 @@ pub trait Environment {
 }
 
 /// Registers of a program.
-pub type Registers = [f32; REGISTERS];
+pub type Registers = [f32; REGISTER_COUNT];
 
 /// Runs instructions in sequence.
 #[inline(always)]
@@ -68,7 +68,7 @@ pub fn run(instructions: &[u32], constants: &[u32], registers: &mut Registers, a
             Opcode::Cosine => math::cos(get(B)),
             Opcode::Arctangent => math::atan2(get(B), get(C)),
         };
-        if let Some(register) = registers.get_mut((word >> A) as usize % REGISTERS) {
+        if let Some(register) = registers.get_mut((word >> A) as usize % REGISTER_COUNT) {
             *register = value;
         }
     }
@@ -83,7 +83,7 @@ const FIELD: u32 = 0x3F;
 
 #[inline(always)]
 fn read(registers: &Registers, number: u32) -> f32 {
-    registers.get(number as usize % REGISTERS).copied().unwrap_or(0.0)
+    registers.get(number as usize % REGISTER_COUNT).copied().unwrap_or(0.0)
 }
 
 fn truth(holds: bool) -> f32 {
@@ -95,11 +95,11 @@ fn truth(holds: bool) -> f32 {
 #[must_use]
 pub fn calculate(opcode: Opcode, arguments: &[f32]) -> Option<f32> {
     let (first, others) = opcode.fields().split_first()?;
-    let is_from = others.iter().all(|field| *field == Field::From);
-    if *first != Field::To || !is_from || others.is_empty() || others.len() != arguments.len() {
+    let is_from = others.iter().all(|field| *field == Field::Source);
+    if *first != Field::Destination || !is_from || others.is_empty() || others.len() != arguments.len() {
         return None;
     }
-    let mut registers = [0.0; REGISTERS];
+    let mut registers = [0.0; REGISTER_COUNT];
     registers.iter_mut().zip(arguments).for_each(|(register, argument)| *register = *argument);
     run(&[Instruction::new(opcode, &[0, 0, 1, 2]).0], &[], &mut registers, &Nowhere);
     registers.first().copied()

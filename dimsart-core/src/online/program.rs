@@ -283,7 +283,7 @@ impl<'a> Program<'a> {
 
 /// Computes the CRC of a program's words.
 #[must_use]
-pub fn seal(words: &[u32]) -> u32 {
+pub fn program_crc(words: &[u32]) -> u32 {
     let mut digest = CRC.digest();
     words.iter().for_each(|word| digest.update(&word.to_le_bytes()));
     digest.finalize()

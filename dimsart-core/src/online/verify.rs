@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::PROGRAM_VERSION;
-use super::instruction::{Field, Instruction, OWN_AXIS, Opcode, REGISTERS};
-use super::program::{Header, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal};
+use super::instruction::{CURRENT_AXIS, Field, Instruction, Opcode, REGISTER_COUNT};
+use super::program::{
+    Header, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, program_crc,
+};
 use crate::limits::{MAX_DOF, PROGRAM_WORDS};
 use crate::signal::{Format, Shape, types};
 
@@ -94,8 +96,8 @@ impl core::error::Error for ProgramError {}
 
 /// Set of written registers, one bit each.
 type Written = u32;
-const _: () = assert!(REGISTERS == 32, "one bit per register");
-const _: () = assert!(MAX_PARAMETERS + MAX_STATES < REGISTERS, "no registers left for results");
+const _: () = assert!(REGISTER_COUNT == 32, "one bit per register");
+const _: () = assert!(MAX_PARAMETERS + MAX_STATES < REGISTER_COUNT, "no registers left for results");
 
 impl<'a> Program<'a> {
     /// Verifies words and returns the program.
@@ -113,7 +115,7 @@ fn verify(words: &[u32]) -> Result<Header, ProgramError> {
     if words.len() > PROGRAM_WORDS {
         return Err(ProgramError::Size);
     }
-    if seal(content) != *crc {
+    if program_crc(content) != *crc {
         return Err(ProgramError::Damaged);
     }
     let [version, ..] = words.first().copied().unwrap_or(0).to_le_bytes();
@@ -140,7 +142,7 @@ fn verify(words: &[u32]) -> Result<Header, ProgramError> {
 
 fn check_ports(program: &Program<'_>) -> Result<(), ProgramError> {
     for (port, signal) in (0..).zip(program.ports()) {
-        let is_right = types::by_id(signal.id).is_some_and(|found| {
+        let is_right = types::find_by_id(signal.id).is_some_and(|found| {
             found.format == Format::F32 && found.shape == Shape::Vector && signal.number > 0
         });
         if !is_right {
@@ -181,8 +183,11 @@ fn check_instructions(program: &Program<'_>) -> Result<(), ProgramError> {
             if instruction.opcode() == Some(Opcode::Output) {
                 let [output, _, axis, _] = instruction.fields();
                 if let Some(axes) = outputs.get_mut(usize::from(output)) {
-                    *axes |=
-                        if axis == OWN_AXIS { u8::MAX } else { 1_u8.checked_shl(axis.into()).unwrap_or(0) };
+                    *axes |= if axis == CURRENT_AXIS {
+                        u8::MAX
+                    } else {
+                        1_u8.checked_shl(axis.into()).unwrap_or(0)
+                    };
                 }
             }
             at = at.saturating_add(1);
@@ -228,18 +233,18 @@ fn check(
     for (field, number) in opcode.fields().iter().zip(instruction.fields()) {
         let bit = 1_u32.checked_shl(number.into());
         let count = match field {
-            Field::To => {
+            Field::Destination => {
                 behind |= bit.ok_or(ProgramError::Register { at })?;
                 continue;
             }
-            Field::From => {
+            Field::Source => {
                 let bit = bit.ok_or(ProgramError::Register { at })?;
                 if written & bit == 0 {
                     return Err(ProgramError::Register { at });
                 }
                 continue;
             }
-            Field::Axis if number == OWN_AXIS => {
+            Field::Axis if number == CURRENT_AXIS => {
                 if !has_axis {
                     return Err(ProgramError::Place { at });
                 }

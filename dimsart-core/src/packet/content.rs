@@ -55,7 +55,7 @@ impl Content {
         let mut digest = CRC.digest();
         digest.update(&[LAYOUT, every_ticks, u8::from(has_counters)]);
         // Waves have the same unit on every axis, so a rotary joint can be coupled to a linear tool.
-        let tells_axes = |data_type: &&DataType| data_type.unit.is_of_axis();
+        let tells_axes = |data_type: &&DataType| data_type.unit.depends_on_axis();
         let kinds_matter = types.iter().any(tells_axes);
         for axis in axes {
             digest.update(&[if kinds_matter { *axis } else { AxisKind::Linear } as u8]);

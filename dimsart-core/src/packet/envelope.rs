@@ -19,7 +19,7 @@ pub const HEADER_BYTES: usize = 3;
 pub const CRC_BYTES: usize = 4;
 
 /// Added to the class of an authenticated envelope: `auth`.
-pub const TAGGED: u8 = 0x80;
+pub const AUTHENTICATED_FLAG: u8 = 0x80;
 
 /// Purpose of an envelope. The layout of a released class never changes: a new layout is a new class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,11 +83,11 @@ pub enum EnvelopeError {
 pub fn seal(class: Class, channel: u16, counter: u16, length: usize, buffer: &mut [u8]) -> Option<&[u8]> {
     let [low, high] = counter.to_le_bytes();
     *buffer.first_chunk_mut()? = [class as u8, low, high];
-    close(channel, HEADER_BYTES.checked_add(length)?, buffer)
+    append_crc(channel, HEADER_BYTES.checked_add(length)?, buffer)
 }
 
 /// Appends the CRC to the first `end` bytes of `buffer`.
-pub fn close(channel: u16, end: usize, buffer: &mut [u8]) -> Option<&[u8]> {
+pub fn append_crc(channel: u16, end: usize, buffer: &mut [u8]) -> Option<&[u8]> {
     let whole = end.checked_add(CRC_BYTES).filter(|whole| *whole <= MAX_CONTENT_BYTES)?;
     let (content, rest) = buffer.split_at_mut_checked(end)?;
     *rest.first_chunk_mut()? = crc(channel, content).to_le_bytes();

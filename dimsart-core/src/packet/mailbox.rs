@@ -18,7 +18,7 @@ pub struct Mailbox {
     echo: Cell<u16>,
     words: [Cell<u32>; MAX_PACKET_WORDS],
     content: Cell<Content>,
-    finite_words: Cell<u8>,
+    finite_word_count: Cell<u8>,
     is_full: Cell<bool>,
 }
 
@@ -30,7 +30,7 @@ impl Mailbox {
             echo: Cell::new(0),
             words: [const { Cell::new(0) }; MAX_PACKET_WORDS],
             content: Cell::new(Content::new(0, 0)),
-            finite_words: Cell::new(0),
+            finite_word_count: Cell::new(0),
             is_full: Cell::new(false),
         }
     }
@@ -73,18 +73,18 @@ impl Mailbox {
     /// Returns how many words of a received packet, up to the first that is NaN or infinite, are finite as
     /// `f32`. Computed when the packet is put in, to save time in the tick.
     #[must_use]
-    pub fn finite_words(&self) -> u8 {
-        self.finite_words.get()
+    pub fn finite_word_count(&self) -> u8 {
+        self.finite_word_count.get()
     }
 
     /// Returns all words of the buffer, the packet's words first.
     #[must_use]
-    pub fn room(&self) -> &[Cell<u32>; MAX_PACKET_WORDS] {
+    pub fn buffer(&self) -> &[Cell<u32>; MAX_PACKET_WORDS] {
         &self.words
     }
 
     /// Prepares the mailbox for a packet of this content (at most [`MAX_PACKET_WORDS`]), whose words are then
-    /// written into [`room`](Self::room).
+    /// written into [`buffer`](Self::buffer).
     pub fn open(&self, channel: u16, counter: u16, echo: u16, content: Content) {
         self.channel.set(channel);
         self.counter.set(counter);
@@ -101,7 +101,7 @@ impl Mailbox {
         }
         let is_finite = |word: &u32| f32::from_bits(*word).is_finite();
         let odd = packet.words.iter().position(|word| !is_finite(word)).unwrap_or(packet.words.len());
-        self.finite_words.set(u8::try_from(odd).unwrap_or(u8::MAX));
+        self.finite_word_count.set(u8::try_from(odd).unwrap_or(u8::MAX));
     }
 
     pub(crate) fn take(&self) -> Option<Packet> {
@@ -146,9 +146,9 @@ pub struct LinkPort {
     /// Number of the last packet sent; its low half is the counter.
     pub sent_number: Cell<u32>,
     /// Ticks between packets sent.
-    pub sent_every_ticks: Cell<u32>,
+    pub send_period_ticks: Cell<u32>,
     /// Ticks since the last packet was sent.
-    pub since_sent_ticks: Cell<u32>,
+    pub ticks_since_sent: Cell<u32>,
     /// Whether a received packet was refused since the receiving module last checked.
     pub has_refused: Cell<bool>,
     /// Set by the receiving module in every tick of a timeout.
@@ -166,8 +166,8 @@ impl LinkPort {
             outgoing: Mailbox::new(),
             accepted_counter: Cell::new(0),
             sent_number: Cell::new(0),
-            sent_every_ticks: Cell::new(0),
-            since_sent_ticks: Cell::new(0),
+            send_period_ticks: Cell::new(0),
+            ticks_since_sent: Cell::new(0),
             has_refused: Cell::new(false),
             timeout: Cell::new(LinkTimeout::None),
             skipped_ticks: Cell::new(0),
@@ -198,21 +198,21 @@ pub const START_COUNTERS: u16 = 100;
 
 /// Returns how many packets after counter `b` the packet with counter `a` was sent.
 #[must_use]
-pub fn counters_ahead(a: u16, b: u16) -> u16 {
+pub fn counter_distance(a: u16, b: u16) -> u16 {
     let left_out = if a < b { START_COUNTERS + 1 } else { 0 };
     a.wrapping_sub(b).wrapping_sub(left_out)
 }
 
 /// Returns the number of the packet after `number`. Its low half is the counter.
 #[must_use]
-pub fn next_number(number: u32) -> u32 {
+pub fn next_packet_number(number: u32) -> u32 {
     let next = number.wrapping_add(1);
-    if low_half(next) == 0 { next.wrapping_add(1 + u32::from(START_COUNTERS)) } else { next }
+    if low_u16(next) == 0 { next.wrapping_add(1 + u32::from(START_COUNTERS)) } else { next }
 }
 
 /// Returns the counter of the packet with this number.
 #[must_use]
-pub fn low_half(number: u32) -> u16 {
+pub fn low_u16(number: u32) -> u16 {
     let [low, high, ..] = number.to_le_bytes();
     u16::from_le_bytes([low, high])
 }
@@ -220,7 +220,7 @@ pub fn low_half(number: u32) -> u16 {
 /// Returns whether counter `a` is newer than `b`: less than half the counter range after it.
 #[must_use]
 pub fn is_newer(a: u16, b: u16) -> bool {
-    a != b && counters_ahead(a, b) <= u16::MAX / 2
+    a != b && counter_distance(a, b) <= u16::MAX / 2
 }
 
 /// Reception state of a link in a tick, the value of [`LINK_STATE`](crate::types::LINK_STATE): the states of

@@ -4,14 +4,14 @@
 /// row by row, or all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Entries {
+pub struct ParameterShape {
     /// Rows; 0 for one per axis.
     pub rows: u8,
     /// Columns; 0 for one per axis.
     pub columns: u8,
 }
 
-impl Entries {
+impl ParameterShape {
     /// One value for all axes; or a list, to which each command appends an entry.
     pub const ONE: Self = Self { rows: 1, columns: 1 };
     /// One value per axis; the index is the axis: `K_PARAM[1]`.
@@ -35,13 +35,13 @@ impl Entries {
 
     /// Returns whether each axis has its own value.
     #[must_use]
-    pub const fn are_per_axis(self) -> bool {
+    pub const fn is_per_axis(self) -> bool {
         self.rows == 0
     }
 
     /// Returns whether an entry is named by row and column.
     #[must_use]
-    pub const fn are_matrix(self) -> bool {
+    pub const fn is_matrix(self) -> bool {
         self.columns != 1 || self.rows > 1
     }
 
@@ -55,7 +55,7 @@ impl Entries {
             [axis, None] => (self == Self::AXES).then_some(axis),
             [Some(row), Some(column)] => {
                 let place = row.saturating_mul(columns).saturating_add(column);
-                (self.are_matrix() && column < columns).then_some(Some(place))
+                (self.is_matrix() && column < columns).then_some(Some(place))
             }
         }
     }
@@ -67,8 +67,8 @@ impl Entries {
             return None;
         }
         let (_, columns) = self.size(dof);
-        let axis = if self.are_per_axis() { place.checked_div(columns)? } else { 0 };
+        let axis = if self.is_per_axis() { place.checked_div(columns)? } else { 0 };
         let element = place.wrapping_sub(axis.wrapping_mul(columns));
-        Some((axis, self.are_matrix().then_some(element)))
+        Some((axis, self.is_matrix().then_some(element)))
     }
 }

@@ -5,7 +5,7 @@ mod entries;
 use core::ops::RangeInclusive;
 use core::slice::from_mut;
 
-use super::{Accepts, Choice, Entries, Parameter, ParameterError, TypeList, Value};
+use super::{Choice, Parameter, ParameterError, ParameterShape, ParameterType, TypeList, Value};
 use crate::online::LawParameter;
 use crate::signal::{Summary, Unit};
 
@@ -84,7 +84,7 @@ impl<'a> Parameters<'a> {
             LawParameter { unit: Unit::Any, min: f32::MIN, max: f32::MAX, default: 0.0 };
         let LawParameter { unit, min, max, default } = self.of_program.unwrap_or(UNKNOWN);
         let (field, summary) = (from_mut(field), Summary::new(summary));
-        self.elements(field, name, unit, (min, max), default, Entries::AXES, summary);
+        self.elements(field, name, unit, (min, max), default, ParameterShape::AXES, summary);
     }
 
     fn new(request: Request<'a>) -> Self {
@@ -115,7 +115,7 @@ impl<'a> Parameters<'a> {
         summary: &'static str,
     ) {
         let (field, range, summary) = (from_mut(field), range.into_inner(), Summary::new(summary));
-        self.elements(field, name, unit, range, default, Entries::ONE, summary);
+        self.elements(field, name, unit, range, default, ParameterShape::ONE, summary);
     }
 
     /// Declares a real number per axis, such as a gain.
@@ -130,7 +130,7 @@ impl<'a> Parameters<'a> {
         summary: &'static str,
     ) {
         let (field, range, summary) = (from_mut(field), range.into_inner(), Summary::new(summary));
-        self.elements(field, name, unit, range, default, Entries::AXES, summary);
+        self.elements(field, name, unit, range, default, ParameterShape::AXES, summary);
     }
 
     /// Declares a whole number that can be changed at any time.
@@ -150,7 +150,7 @@ impl<'a> Parameters<'a> {
             unit,
             range.into_inner(),
             default,
-            Entries::ONE,
+            ParameterShape::ONE,
             false,
             Summary::new(summary),
         );
@@ -167,13 +167,22 @@ impl<'a> Parameters<'a> {
         default: u32,
         summary: &'static str,
     ) {
-        self.whole(field, name, unit, range.into_inner(), default, Entries::ONE, true, Summary::new(summary));
+        self.whole(
+            field,
+            name,
+            unit,
+            range.into_inner(),
+            default,
+            ParameterShape::ONE,
+            true,
+            Summary::new(summary),
+        );
     }
 
     /// Declares a switch that can be changed at any time.
     #[inline(always)]
     pub fn flag(&mut self, field: &mut bool, name: &'static str, default: bool, summary: &'static str) {
-        self.switch(field, name, default, Entries::ONE, false, Summary::new(summary));
+        self.switch(field, name, default, ParameterShape::ONE, false, Summary::new(summary));
     }
 
     /// Declares a switch that changes the module's ports.
@@ -185,20 +194,22 @@ impl<'a> Parameters<'a> {
         default: bool,
         summary: &'static str,
     ) {
-        self.switch(field, name, default, Entries::ONE, true, Summary::new(summary));
+        self.switch(field, name, default, ParameterShape::ONE, true, Summary::new(summary));
     }
 
     /// Declares a choice that can be changed at any time.
     #[inline(always)]
     pub fn choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
-        let index = self.named(field.index(), C::NAMES, name, Entries::ONE, false, Summary::new(summary));
+        let index =
+            self.named(field.index(), C::NAMES, name, ParameterShape::ONE, false, Summary::new(summary));
         *field = C::from_index(index);
     }
 
     /// Declares a choice that changes the module's ports.
     #[inline(always)]
     pub fn structural_choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
-        let index = self.named(field.index(), C::NAMES, name, Entries::ONE, true, Summary::new(summary));
+        let index =
+            self.named(field.index(), C::NAMES, name, ParameterShape::ONE, true, Summary::new(summary));
         *field = C::from_index(index);
     }
 
@@ -220,7 +231,7 @@ impl<'a> Parameters<'a> {
             Request::Get { entry: Some(entry), .. } => field.get(usize::from(entry)),
             _ => field.last(),
         };
-        let (unit, accepts, entries) = (Unit::Any, Accepts::Types, Entries::ONE);
+        let (unit, accepts, entries) = (Unit::Any, ParameterType::Types, ParameterShape::ONE);
         let parameter =
             Parameter { name, unit, accepts, entries, default: None, is_structural: true, summary };
         if let Some(Value::Type(signal)) = self.answer(&parameter, last.copied().map(Value::Type))
@@ -240,14 +251,14 @@ impl<'a> Parameters<'a> {
         unit: Unit,
         (min, max): (u32, u32),
         default: u32,
-        entries: Entries,
+        entries: ParameterShape,
         is_structural: bool,
         summary: Summary,
     ) {
         if !self.is_asked() {
             return;
         }
-        let (accepts, default) = (Accepts::Count { min, max }, Some(Value::Count(default)));
+        let (accepts, default) = (ParameterType::Count { min, max }, Some(Value::Count(default)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
         if let Some(Value::Count(value)) = self.answer(&parameter, Some(Value::Count(*field))) {
             *field = value;
@@ -260,14 +271,14 @@ impl<'a> Parameters<'a> {
         field: &mut bool,
         name: &'static str,
         default: bool,
-        entries: Entries,
+        entries: ParameterShape,
         is_structural: bool,
         summary: Summary,
     ) {
         if !self.is_asked() {
             return;
         }
-        let (unit, accepts, default) = (Unit::One, Accepts::Flag, Some(Value::Flag(default)));
+        let (unit, accepts, default) = (Unit::One, ParameterType::Flag, Some(Value::Flag(default)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
         if let Some(Value::Flag(value)) = self.answer(&parameter, Some(Value::Flag(*field))) {
             *field = value;
@@ -280,14 +291,14 @@ impl<'a> Parameters<'a> {
         index: u32,
         names: &'static [&'static str],
         name: &'static str,
-        entries: Entries,
+        entries: ParameterShape,
         is_structural: bool,
         summary: Summary,
     ) -> u32 {
         if !self.is_asked() {
             return index;
         }
-        let (unit, accepts, default) = (Unit::One, Accepts::Choice(names), Some(Value::Choice(0)));
+        let (unit, accepts, default) = (Unit::One, ParameterType::Choice(names), Some(Value::Choice(0)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
         match self.answer(&parameter, Some(Value::Choice(u8::try_from(index).unwrap_or(0)))) {
             Some(Value::Choice(index)) => index.into(),

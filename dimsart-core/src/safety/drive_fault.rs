@@ -2,11 +2,11 @@
 
 use core::fmt;
 
-use super::Reason;
+use super::SafetyReason;
 
 macro_rules! faults {
     ($($fault:ident $reason:ident,)*) => {
-        /// Fault of a drive, which has switched its bridge off. Each maps to a [`Reason`] with number and
+        /// Fault of a drive, which has switched its bridge off. Each maps to a [`SafetyReason`] with number and
         /// texts.
         ///
         /// The values are not zero, so that `Option<DriveFault>` is all zero bits for none.
@@ -14,12 +14,12 @@ macro_rules! faults {
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[repr(u8)]
         pub enum DriveFault {
-            /// [`Reason::DriveGone`]: the fault of a drive on a bus.
+            /// [`SafetyReason::DriveGone`]: the fault of a drive on a bus.
             NoResponse {
                 /// Axis, from 0.
                 axis: u8,
-            } = Reason::DriveGone as u8,
-            $(#[doc = concat!("[`Reason::", stringify!($reason), "`].")] $fault = Reason::$reason as u8,)*
+            } = SafetyReason::DriveGone as u8,
+            $(#[doc = concat!("[`SafetyReason::", stringify!($reason), "`].")] $fault = SafetyReason::$reason as u8,)*
         }
 
         impl DriveFault {
@@ -28,10 +28,10 @@ macro_rules! faults {
 
             /// Returns the reason, which has number, name and texts.
             #[must_use]
-            pub const fn reason(self) -> Reason {
+            pub const fn reason(self) -> SafetyReason {
                 match self {
-                    Self::NoResponse { .. } => Reason::DriveGone,
-                    $(Self::$fault => Reason::$reason,)*
+                    Self::NoResponse { .. } => SafetyReason::DriveGone,
+                    $(Self::$fault => SafetyReason::$reason,)*
                 }
             }
         }
@@ -58,7 +58,7 @@ faults! {
 impl DriveFault {
     /// Finds the fault of a board's own drive by its reason number.
     #[must_use]
-    pub fn by_number(number: u8) -> Option<Self> {
+    pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.iter().find(|fault| fault.reason().number() == number).copied()
     }
 }

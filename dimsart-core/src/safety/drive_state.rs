@@ -64,7 +64,7 @@ impl DriveState {
     /// Returns the next state; none if the event has no effect in this state. Implements transitions 0 to 16
     /// of CiA 402 (0 and 1 combined: connecting the device includes its self-test).
     #[must_use]
-    pub const fn after(self, event: DriveEvent) -> Option<Self> {
+    pub const fn transition(self, event: DriveEvent) -> Option<Self> {
         use DriveEvent as On;
         Some(match (self, event) {
             // 0, 1

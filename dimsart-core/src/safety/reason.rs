@@ -10,14 +10,14 @@ macro_rules! reasons {
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[non_exhaustive]
         #[repr(u8)]
-        pub enum Reason {
+        pub enum SafetyReason {
             /// The device gets the scheme's command.
             #[default]
             None = 0,
             $(#[doc = $meaning] $reason = $number,)*
         }
 
-        impl Reason {
+        impl SafetyReason {
             /// All reasons but [`None`](Self::None), in order of number.
             pub const ALL: &[Self] = &[$(Self::$reason),*];
 
@@ -138,14 +138,14 @@ reasons! {
 }
 
 /// Prints name, number, meaning and remedy on one line.
-impl core::fmt::Display for Reason {
+impl core::fmt::Display for SafetyReason {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let [name, meaning, remedy] = [self.name(), self.meaning(), self.remedy()];
         write!(f, "{name} (reason {}): {meaning} {remedy}", self.number())
     }
 }
 
-impl Reason {
+impl SafetyReason {
     /// Returns the number.
     #[must_use]
     pub const fn number(self) -> u8 {
@@ -154,7 +154,7 @@ impl Reason {
 
     /// Finds a reason by number.
     #[must_use]
-    pub fn by_number(number: u8) -> Option<Self> {
+    pub fn from_number(number: u8) -> Option<Self> {
         let mut all = core::iter::once(&Self::None).chain(Self::ALL);
         all.find(|reason| reason.number() == number).copied()
     }
@@ -172,13 +172,13 @@ impl Reason {
     }
 }
 
-/// Index of each reason in [`Reason::ALL`], by number; `u8::MAX` for an unused number.
+/// Index of each reason in [`SafetyReason::ALL`], by number; `u8::MAX` for an unused number.
 #[expect(clippy::indexing_slicing, clippy::cast_possible_truncation, reason = "evaluated at compile time")]
 const PLACES: [u8; 128] = {
     let mut places = [u8::MAX; 128];
     let mut place = 0;
-    while place < Reason::ALL.len() {
-        places[Reason::ALL[place].number() as usize] = place as u8;
+    while place < SafetyReason::ALL.len() {
+        places[SafetyReason::ALL[place].number() as usize] = place as u8;
         place += 1;
     }
     places
@@ -186,15 +186,15 @@ const PLACES: [u8; 128] = {
 
 /// Number of ticks by reason since the device was connected. A tick counts for each of its reasons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ReasonCounts([u32; Reason::ALL.len()]);
+pub struct ReasonCounts([u32; SafetyReason::ALL.len()]);
 
 impl ReasonCounts {
     pub(crate) const fn new() -> Self {
-        Self([0; Reason::ALL.len()])
+        Self([0; SafetyReason::ALL.len()])
     }
 
     /// Takes the same time for each reason.
-    pub(crate) fn count(&mut self, reason: Reason) {
+    pub(crate) fn count(&mut self, reason: SafetyReason) {
         let place = PLACES.get(usize::from(reason.number())).copied().map_or(usize::MAX, usize::from);
         if let Some(ticks) = self.0.get_mut(place) {
             *ticks = ticks.saturating_add(1);
@@ -202,13 +202,13 @@ impl ReasonCounts {
     }
 
     /// Returns every reason with its ticks, in order of number.
-    pub fn iter(&self) -> impl Iterator<Item = (Reason, u32)> + '_ {
-        Reason::ALL.iter().copied().zip(self.0)
+    pub fn iter(&self) -> impl Iterator<Item = (SafetyReason, u32)> + '_ {
+        SafetyReason::ALL.iter().copied().zip(self.0)
     }
 
-    /// Returns the ticks of a reason; [`Reason::None`] is not counted.
+    /// Returns the ticks of a reason; [`SafetyReason::None`] is not counted.
     #[must_use]
-    pub fn ticks_with(&self, reason: Reason) -> u32 {
+    pub fn tick_count(&self, reason: SafetyReason) -> u32 {
         self.iter().find(|(found, _)| *found == reason).map_or(0, |(_, ticks)| ticks)
     }
 }

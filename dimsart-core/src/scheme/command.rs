@@ -56,7 +56,7 @@ pub enum Command {
         module: ModuleRef,
         /// Parameter number: its index in the module's list of parameters.
         parameter: u8,
-        /// Index of the value for parameters with [several values](crate::Entries), such as the axis; none
+        /// Index of the value for parameters with [several values](crate::ParameterShape), such as the axis; none
         /// for all values.
         entry: Option<u8>,
         /// The value.
@@ -163,7 +163,7 @@ engine_commands! {
 impl EngineCommand {
     /// Finds an engine command by its name in schemes.
     #[must_use]
-    pub fn of(name: &str) -> Option<Self> {
+    pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|known| known.name == name)
     }
 
@@ -206,7 +206,7 @@ pub enum CommandError {
     UnknownPort(u8),
     /// Unknown data type number.
     UnknownType(TypeRef),
-    /// The maximum number of instances exists ([`Sizes`](crate::limits::Sizes)): close one first.
+    /// The maximum number of instances exists ([`Capacities`](crate::limits::Capacities)): close one first.
     TooManyModules,
     /// The module has more than [`MAX_PORTS`](crate::limits::MAX_PORTS) ports.
     TooManyPorts,
@@ -238,7 +238,7 @@ pub enum CommandError {
     },
     /// Ticks have a cycle limit, and the image's stamp has no cost of this module.
     CostUnknown(ModuleRef),
-    /// Too many ports, or too many ports bound by commands ([`Sizes`](crate::limits::Sizes)).
+    /// Too many ports, or too many ports bound by commands ([`Capacities`](crate::limits::Capacities)).
     TooManyWires,
     /// The signals of a channel and its counters exceed
     /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS).

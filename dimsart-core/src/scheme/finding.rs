@@ -19,14 +19,14 @@ pub enum Endpoint {
 #[non_exhaustive]
 pub enum Finding {
     /// Fault: a signal is read, but has no writer.
-    NoProvider {
+    NoWriter {
         /// The signal.
         signal: TypeRef,
         /// Its reader.
         reader: Endpoint,
     },
     /// Fault: a signal has two writers.
-    TwoProviders {
+    MultipleWriters {
         /// The signal.
         signal: TypeRef,
         /// First writer in a tick.
@@ -57,7 +57,7 @@ pub enum Finding {
         /// Whether the delay is declared.
         is_declared: bool,
     },
-    /// Fault: the units of two signals, or their formats and shapes, violate a [tie](crate::Declare::constrain_unit) of
+    /// Fault: the units of two signals, or their formats and shapes, violate a [tie](crate::Declarations::constrain_unit) of
     /// the module's ports.
     UnitsDiffer {
         /// The module.

@@ -265,11 +265,11 @@ impl MatchingCheck<'_> {
             _ if found.direction != Direction::Write => {}
             None => writer = Some(found),
             Some(first) => {
-                report.add(Finding::TwoProviders { signal, first: first.party, second: found.party });
+                report.add(Finding::MultipleWriters { signal, first: first.party, second: found.party });
             }
         });
         self.visit_uses(slot, signal, &mut |reader| match writer {
-            None => report.add(Finding::NoProvider { signal, reader: reader.party }),
+            None => report.add(Finding::NoWriter { signal, reader: reader.party }),
             Some(writer) if reader.direction == Direction::Read && reader.place <= writer.place => {
                 let is_declared = reader.is_delayed || writer.is_delayed;
                 let (writer, reader) = (writer.party, reader.party);

@@ -17,8 +17,8 @@ use crate::data_base::{Block, CheckedWords, DataBase, List, Storage, bit};
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_PACKET_WORDS;
 use crate::module::{
-    Begin, Compute, Declare, Direction, KindId, LinkEnd, MAX_HANDLES, ModuleBindings, ModuleKind, ModuleRef,
-    PortSpec, PortSpecs, Rate, Stage,
+    Begin, Compute, Declarations, Direction, KindId, LinkEnd, MAX_HANDLES, ModuleBindings, ModuleKind,
+    ModuleRef, PortSpec, PortSpecs, Rate, Stage,
 };
 use crate::parameter::ParameterError;
 use crate::scheme::command::CommandError;
@@ -211,7 +211,7 @@ impl Wiring {
         bound: ModuleBindings<'_>,
     ) -> Result<ActiveModule, CommandError> {
         let mut specs = PortSpecs::new();
-        let mut declare = Declare::new(device, data_base.programs(), bound, &mut specs);
+        let mut declare = Declarations::new(device, data_base.programs(), bound, &mut specs);
         let declared = [const { Cell::new(0) }; MAX_HANDLES];
         new.kind.ports(new.settings, &mut declare, &declared);
         let handles = new.kind.handles();

@@ -65,12 +65,12 @@ impl DataType {
     /// Returns the first signal of this type.
     #[must_use]
     pub const fn first(&self) -> TypeRef {
-        self.copy(1)
+        self.instance(1)
     }
 
     /// Returns the signal of this type with a number, from 1.
     #[must_use]
-    pub const fn copy(&self, number: u8) -> TypeRef {
+    pub const fn instance(&self, number: u8) -> TypeRef {
         TypeRef { id: self.id, number }
     }
 }

@@ -87,12 +87,12 @@ pub const TIMING: [&DataType; 6] =
 
 /// Finds a standard type by number.
 #[must_use]
-pub fn by_id(id: u16) -> Option<&'static DataType> {
+pub fn find_by_id(id: u16) -> Option<&'static DataType> {
     ALL.iter().find(|data_type| data_type.id == id)
 }
 
 /// Finds a standard type by name.
 #[must_use]
-pub fn by_name(name: &str) -> Option<&'static DataType> {
+pub fn find_by_name(name: &str) -> Option<&'static DataType> {
     ALL.iter().find(|data_type| data_type.name == name)
 }

@@ -75,7 +75,7 @@ units! {
 impl Unit {
     /// Returns whether the unit differs between linear and rotary axes.
     #[must_use]
-    pub const fn is_of_axis(self) -> bool {
+    pub const fn depends_on_axis(self) -> bool {
         matches!(
             self,
             Self::Position

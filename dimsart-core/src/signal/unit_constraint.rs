@@ -30,7 +30,7 @@ impl UnitRelation {
     }
 }
 
-/// Tie between the units of two ports of a module; see [`Declare::constrain_unit`](crate::Declare::constrain_unit).
+/// Tie between the units of two ports of a module; see [`Declarations::constrain_unit`](crate::Declarations::constrain_unit).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnitConstraint {
     /// Relation of the units.

@@ -21,7 +21,7 @@ pub trait Words: Copy {
 /// Reads the value at the start of `words` and advances `words` past it.
 #[inline(always)]
 #[must_use]
-pub fn take<T: Words>(words: &mut &[Cell<u32>]) -> T {
+pub fn read_next<T: Words>(words: &mut &[Cell<u32>]) -> T {
     let (own, behind) = words.split_at_checked(T::COUNT).unwrap_or((words, &[]));
     *words = behind;
     T::load(own)
@@ -29,7 +29,7 @@ pub fn take<T: Words>(words: &mut &[Cell<u32>]) -> T {
 
 /// Writes the value at the start of `words` and advances `words` past it.
 #[inline(always)]
-pub fn put<T: Words>(value: T, words: &mut &[Cell<u32>]) {
+pub fn write_next<T: Words>(value: T, words: &mut &[Cell<u32>]) {
     let (own, behind) = words.split_at_checked(T::COUNT).unwrap_or((&[], &[]));
     *words = behind;
     value.store(own);
@@ -81,13 +81,13 @@ impl<A: Words, B: Words> Words for (A, B) {
 
     #[inline(always)]
     fn load(mut words: &[Cell<u32>]) -> Self {
-        (take(&mut words), take(&mut words))
+        (read_next(&mut words), read_next(&mut words))
     }
 
     #[inline(always)]
     fn store(self, mut words: &[Cell<u32>]) {
-        put(self.0, &mut words);
-        put(self.1, &mut words);
+        write_next(self.0, &mut words);
+        write_next(self.1, &mut words);
     }
 }
 
@@ -99,7 +99,7 @@ impl<T: Words, const N: usize> Words for [T; N] {
         // A plain loop: `array::from_fn` is slower where code is optimised for size.
         let mut values = [T::load(&[]); N];
         for value in &mut values {
-            *value = take(&mut words);
+            *value = read_next(&mut words);
         }
         values
     }
@@ -107,7 +107,7 @@ impl<T: Words, const N: usize> Words for [T; N] {
     #[inline(always)]
     fn store(self, mut words: &[Cell<u32>]) {
         for value in self {
-            put(value, &mut words);
+            write_next(value, &mut words);
         }
     }
 }
@@ -116,7 +116,7 @@ impl<T: Words, const N: usize> Words for [T; N] {
 ///
 /// `struct` declares state. In `parameters` each field names a method of [`Parameters`](crate::Parameters),
 /// and its doc comment is the help text; a field without a method is computed in
-/// [`prepare`](crate::Module::prepare). In `ports` each field names a method of [`Declare`](crate::Declare);
+/// [`prepare`](crate::Module::prepare). In `ports` each field names a method of [`Declarations`](crate::Declarations);
 /// a handle without one reads as zero until [`ports`](crate::Module::ports) declares it.
 ///
 /// ```
@@ -150,12 +150,12 @@ macro_rules! words {
 
             #[inline(always)]
             fn load(mut words: &[::core::cell::Cell<u32>]) -> Self {
-                Self { $($field: $crate::words::take(&mut words)),* }
+                Self { $($field: $crate::words::read_next(&mut words)),* }
             }
 
             #[inline(always)]
             fn store(self, mut words: &[::core::cell::Cell<u32>]) {
-                $($crate::words::put(self.$field, &mut words);)*
+                $($crate::words::write_next(self.$field, &mut words);)*
             }
         }
 

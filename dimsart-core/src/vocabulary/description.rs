@@ -6,7 +6,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use crate::module::{Direction, Stage};
-use crate::parameter::{Accepts, Entries, Parameter, Value};
+use crate::parameter::{Parameter, ParameterShape, ParameterType, Value};
 use crate::signal::{DataType, Format, Shape, TypeRef, Unit};
 
 /// Maximum number of names of a choice in a description. It affects memory, not the wire format.
@@ -16,9 +16,9 @@ pub const MAX_CHOICES: usize = 8;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TooManyChoices;
 
-/// Values that a parameter accepts; see [`Accepts`].
+/// Values that a parameter accepts; see [`ParameterType`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Accepted<'a> {
+pub enum ParameterTypeDescription<'a> {
     /// A finite number from `min` to `max`.
     Real {
         /// Minimum.
@@ -50,33 +50,35 @@ pub enum Accepted<'a> {
 
 /// A parameter of a module kind.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ParameterText<'a> {
+pub struct ParameterDescription<'a> {
     /// Name in schemes.
     pub name: &'a str,
     /// Physical unit.
     pub unit: Unit,
     /// Type and range.
     #[serde(borrow)]
-    pub accepts: Accepted<'a>,
+    pub accepts: ParameterTypeDescription<'a>,
     /// Number and arrangement of its values.
-    pub entries: Entries,
+    pub entries: ParameterShape,
     /// Value of each entry after `INIT`; none for a list, which starts empty.
     pub default: Option<Value>,
     /// Whether it can be set only while the module is not plugged in.
     pub is_structural: bool,
 }
 
-impl TryFrom<Parameter> for ParameterText<'static> {
+impl TryFrom<Parameter> for ParameterDescription<'static> {
     type Error = TooManyChoices;
 
     fn try_from(parameter: Parameter) -> Result<Self, TooManyChoices> {
         let accepts = match parameter.accepts {
-            Accepts::Real { min, max } => Accepted::Real { min, max },
-            Accepts::Count { min, max } => Accepted::Count { min, max },
-            Accepts::Integer { min, max } => Accepted::Integer { min, max },
-            Accepts::Flag => Accepted::Flag,
-            Accepts::Choice(names) => Accepted::Choice(Vec::from_slice(names).map_err(|_| TooManyChoices)?),
-            Accepts::Types => Accepted::Types,
+            ParameterType::Real { min, max } => ParameterTypeDescription::Real { min, max },
+            ParameterType::Count { min, max } => ParameterTypeDescription::Count { min, max },
+            ParameterType::Integer { min, max } => ParameterTypeDescription::Integer { min, max },
+            ParameterType::Flag => ParameterTypeDescription::Flag,
+            ParameterType::Choice(names) => {
+                ParameterTypeDescription::Choice(Vec::from_slice(names).map_err(|_| TooManyChoices)?)
+            }
+            ParameterType::Types => ParameterTypeDescription::Types,
         };
         let Parameter { name, unit, entries, default, is_structural, .. } = parameter;
         Ok(Self { name, unit, accepts, entries, default, is_structural })
@@ -102,7 +104,7 @@ pub struct PortDescription<'a> {
 
 /// A data type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct DataTypeText<'a> {
+pub struct DataTypeDescription<'a> {
     /// Stable number.
     pub id: u16,
     /// Name in schemes.
@@ -115,7 +117,7 @@ pub struct DataTypeText<'a> {
     pub shape: Shape,
 }
 
-impl From<&DataType> for DataTypeText<'static> {
+impl From<&DataType> for DataTypeDescription<'static> {
     fn from(found: &DataType) -> Self {
         let DataType { id, name, unit, format, shape, .. } = *found;
         Self { id, name, unit, format, shape }

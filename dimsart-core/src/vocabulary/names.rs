@@ -64,6 +64,6 @@ impl DeviceDescriptor {
     #[must_use]
     pub fn signal(&self, word: &str) -> Option<TypeRef> {
         let (name, number) = split(word)?;
-        Some(TypeRef { number, ..self.data_type_named(name)?.first() })
+        Some(TypeRef { number, ..self.data_type_by_name(name)?.first() })
     }
 }

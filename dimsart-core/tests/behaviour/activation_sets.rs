@@ -151,8 +151,8 @@ fn found(bench: &Bench, set: &Set) -> Vec<(&'static str, &'static str)> {
     let faults = report.findings().iter().filter(|finding| finding.is_fault());
     let mut found: Vec<_> = faults
         .map(|fault| match *fault {
-            Finding::NoProvider { signal, .. } => ("no provider", name(signal)),
-            Finding::TwoProviders { signal, .. } => ("two providers", name(signal)),
+            Finding::NoWriter { signal, .. } => ("no provider", name(signal)),
+            Finding::MultipleWriters { signal, .. } => ("two providers", name(signal)),
             Finding::Delay { signal, .. } => ("delay", name(signal)),
             other => panic!("{other:?}"),
         })

@@ -53,7 +53,7 @@ fn module(name: &str) -> ModuleRef {
 }
 
 fn cost(name: &str) -> u32 {
-    robot().dimsart.engine().cycles_of(module(name).kind).unwrap()
+    robot().dimsart.engine().module_cycles(module(name).kind).unwrap()
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn without_costs_nothing_is_refused_for_them_and_nothing_is_said_of_a_tick() {
         bench.rows(&format!("MOD_ENG MOD_ON {}", kind.name));
         let engine = bench.dimsart.engine();
         assert_eq!(
-            (engine.usage().modules, engine.tick_cycles(), engine.cycles_of(kind.id)),
+            (engine.usage().modules, engine.tick_cycles(), engine.module_cycles(kind.id)),
             (1, None, None)
         );
         bench.rows(&format!("MOD_ENG MOD_CLOSE {}", kind.name));
@@ -203,7 +203,7 @@ proptest! {
             let refused = bench.dimsart.command(command);
             let engine = bench.dimsart.engine();
             let active = engine.instances().filter(|module| engine.is_plugged_in(*module));
-            let costs: u32 = active.map(|module| engine.cycles_of(module.kind).unwrap()).sum();
+            let costs: u32 = active.map(|module| engine.module_cycles(module.kind).unwrap()).sum();
             let cycles = TICK.cycles(DOF) + costs;
             prop_assert_eq!(engine.tick_cycles(), Some(cycles));
             prop_assert!(costs == 0 || cycles <= limit_cycles, "{} of {}", cycles, limit_cycles);

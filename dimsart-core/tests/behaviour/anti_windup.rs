@@ -28,7 +28,8 @@ fn controller(module: &str, limits: InputLimits, more: &str) -> Bench {
         DeviceDescriptor::new("joint", &[AxisKind::Linear], H, MEASURED, &[types::DES_FORCE]).unwrap();
     let limits: &'static [InputLimits] = Vec::leak(vec![limits]);
     let limits: &'static [&'static [InputLimits]] = Vec::leak(vec![limits]);
-    bench.dimsart = Dimsart::new(ProvidedMemory::leaked(), device.with_limits(limits).unwrap(), ALL).unwrap();
+    bench.dimsart =
+        Dimsart::new(ProvidedMemory::leak_default(), device.with_limits(limits).unwrap(), ALL).unwrap();
     let gains = match name {
         "STATE_FEEDBACK_MOD" => "K1_PARAM 10\nREFERENCE_GAIN 10\nI_PARAM 1000",
         "CASCADE_MOD" => "POSITION_GAIN 1\nK_PARAM 10\nI_PARAM 1000",
@@ -90,13 +91,13 @@ fn an_integral_follows_the_safe_value_while_motion_is_not_allowed() {
     for module in ["PIDCTRL_MOD", "PID2_MOD", "PI_MOD", "CASCADE_MOD", "STATE_FEEDBACK_MOD"] {
         let mut bench =
             controller(module, InputLimits { max: 1e3, min: -1e3, ..InputLimits::NONE }, "TRACKING_TIME 0.1");
-        bench.dimsart.allow_motion(false);
+        bench.dimsart.set_motion_allowed(false);
         for _ in 0..3000 {
             let (tick, _) = bench.try_tick(&crate::common::words(&error(1.0)));
             assert_eq!(tick, TickResult::Disarmed);
         }
         assert_close(bench.signal("DES_FORCE")[0], 100.0, 0.02);
-        bench.dimsart.allow_motion(true);
+        bench.dimsart.set_motion_allowed(true);
         assert!(given(&mut bench, 0.0).abs() < 102.0);
     }
 }

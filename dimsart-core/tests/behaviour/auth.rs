@@ -4,14 +4,14 @@
 mod handshakes;
 
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
-use dimsart_link::auth::{AuthError, Key, Line, Opener, Profile, Sealer};
+use dimsart_link::auth::{AuthError, Key, KeyDomain, Opener, Profile, Sealer};
 use proptest::prelude::*;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 const CHANNEL: u16 = 17;
 const KEY: [u8; 16] = *b"sixteen byte key";
-const LINE: Line = Line::Link(0);
+const LINE: KeyDomain = KeyDomain::Link(0);
 
 /// Both ends of a channel, and all contents ever sealed.
 struct Channel {
@@ -47,7 +47,7 @@ impl Channel {
                 let _ = self.open(&handshake);
             }
             while let Some(handshake) = self.opener.handshake().map(<[u8]>::to_vec) {
-                self.sealer.take(&handshake);
+                self.sealer.receive(&handshake);
             }
         }
     }
@@ -155,8 +155,8 @@ fn nothing_of_another_key_or_line_is_taken() {
         };
         let others = [
             (b"another key of16", LINE, "key"),
-            (&KEY, Line::Link(1), "link"),
-            (&KEY, Line::Commands, "kind of line"),
+            (&KEY, KeyDomain::Link(1), "link"),
+            (&KEY, KeyDomain::Commands, "kind of line"),
         ];
         for (key, line, what) in others {
             let (mut channel, mut other) = (ends(&KEY, LINE), ends(key, line));
@@ -225,10 +225,10 @@ fn a_tag_with_one_wrong_bit_is_wrong() {
         assert_eq!(fresh.open(&hello), Ok(None));
         let challenge = fresh.opener.handshake().expect("greeted").to_vec();
         for bit in 0..64 {
-            assert!(!fresh.sealer.take(&flipped(&challenge, bit, 8)), "bit {bit}");
+            assert!(!fresh.sealer.receive(&flipped(&challenge, bit, 8)), "bit {bit}");
             assert_eq!(fresh.try_to_seal(), None);
         }
-        assert!(fresh.sealer.take(&challenge));
+        assert!(fresh.sealer.receive(&challenge));
         let proof = fresh.sealer.handshake().expect("challenged").to_vec();
         for bit in 0..64 {
             assert_eq!(fresh.open(&flipped(&proof, bit, 8)), Err(AuthError::Tag), "bit {bit}");
@@ -236,11 +236,11 @@ fn a_tag_with_one_wrong_bit_is_wrong() {
         assert_eq!(fresh.open(&proof), Ok(None));
         let taken = fresh.opener.handshake().expect("proven").to_vec();
         for bit in 0..64 {
-            assert!(!fresh.sealer.take(&flipped(&taken, bit, 8)), "bit {bit}");
+            assert!(!fresh.sealer.receive(&flipped(&taken, bit, 8)), "bit {bit}");
             assert!(fresh.passes());
             assert!(fresh.sealer.handshake().is_some(), "it continues the handshake");
         }
-        assert!(fresh.sealer.take(&taken));
+        assert!(fresh.sealer.receive(&taken));
         assert!(fresh.passes());
         assert_eq!(fresh.sealer.handshake(), None);
     }
@@ -274,7 +274,7 @@ proptest! {
                 }
                 4 if !handshakes.is_empty() => {
                     let old = handshakes[place % handshakes.len()].clone();
-                    channel.sealer.take(&old);
+                    channel.sealer.receive(&old);
                     (old, false)
                 }
                 _ => {
@@ -284,7 +284,7 @@ proptest! {
                     let mut question = [0; MAX_CONTENT_BYTES];
                     question[3] = 7;
                     let question = seal(Class::Handshake, CHANNEL, 0, 4, &mut question).expect("fits");
-                    channel.sealer.take(question);
+                    channel.sealer.receive(question);
                     continue;
                 }
             };

@@ -1,12 +1,12 @@
 //! Capacity of a board's memory.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, memory, scheme, types};
 use dimsart_modules::ALL;
 
 /// The sizes of the board nucleo-g474re.
-type BoardMemory = memory!(Sizes { words: 3072, ..Sizes::DEFAULT });
+type BoardMemory = memory!(Capacities { words: 3072, ..Capacities::DEFAULT });
 const SCHEME: &str = include_str!("../../../dimsart/tests/emulated/every_module.scheme");
 const SIDES: &[&str] = &["master", "slave"];
 

@@ -2,7 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a failed unwrap is a failed test")]
 
 use dimsart_core::envelope::{self, Class, HEADER_BYTES, MAX_CONTENT_BYTES};
-use dimsart_link::auth::{Key, Line, Opener, Profile, Sealer};
+use dimsart_link::auth::{Key, KeyDomain, Opener, Profile, Sealer};
 use dimsart_link::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver};
 use dimsart_link::carrier::{can, stream};
 use proptest::collection::vec;
@@ -15,7 +15,7 @@ fn stream_frame(content: &[u8]) -> Vec<u8> {
 
 fn received(bytes: &[u8]) -> Vec<Vec<u8>> {
     let mut receiver = StreamReceiver::new();
-    bytes.iter().filter_map(|byte| receiver.take(*byte).map(<[u8]>::to_vec)).collect()
+    bytes.iter().filter_map(|byte| receiver.push(*byte).map(<[u8]>::to_vec)).collect()
 }
 
 /// Returns whether all of `expected` occur in `found`, in this order.
@@ -83,7 +83,7 @@ fn assembled<'f>(
     assembler: &mut can::Assembler,
     frames: impl IntoIterator<Item = &'f Vec<u8>>,
 ) -> Vec<Vec<u8>> {
-    frames.into_iter().filter_map(|frame| assembler.take(frame, CHANNEL).map(<[u8]>::to_vec)).collect()
+    frames.into_iter().filter_map(|frame| assembler.push(frame, CHANNEL).map(<[u8]>::to_vec)).collect()
 }
 
 const CHANNEL: u16 = 0x123;
@@ -114,9 +114,9 @@ proptest! {
             prop_assert_eq!(frames.len(), (payload.len() / 4 - 1).max(3));
             let (last, others) = frames.split_last().unwrap();
             for frame in others {
-                prop_assert_eq!(assembler.take(frame, channel), None);
+                prop_assert_eq!(assembler.push(frame, channel), None);
             }
-            prop_assert_eq!(assembler.take(last, channel), Some(&content[..]));
+            prop_assert_eq!(assembler.push(last, channel), Some(&content[..]));
         }
         prop_assert_eq!(assembler.dropped(), 0);
     }
@@ -245,11 +245,11 @@ fn the_data_ids_of_a_channel_differ_and_two_channels_share_at_most_one() {
 
 #[test]
 fn classic_can_carries_a_tag_in_one_word_and_the_room_beside_others() {
-    let (key, line) = (Key::new(&[7; 16]), Line::Link(0));
+    let (key, line) = (Key::new(&[7; 16]), KeyDomain::Link(0));
     let mut sealer = Sealer::new(&key, line, Profile::Short, CHANNEL, 1);
     let mut opener = Opener::new(&key, line, Profile::Short, CHANNEL, 2);
     opener.open(sealer.handshake().unwrap(), &mut [0; 256]).unwrap();
-    assert!(sealer.take(opener.handshake().unwrap()));
+    assert!(sealer.receive(opener.handshake().unwrap()));
     for words in 0..can::MAX_WORDS {
         let plain = packet(CHANNEL, 0x7FF3, &vec![0xA5; 4 + 4 * words]);
         let mut sealed = [0; 256];
@@ -258,8 +258,8 @@ fn classic_can_carries_a_tag_in_one_word_and_the_room_beside_others() {
         assert_eq!(frames.len(), (words + 1).max(5));
         let mut assembler = can::Assembler::authenticated();
         let (last, others) = frames.split_last().unwrap();
-        assert!(others.iter().all(|frame| assembler.take(frame, CHANNEL).is_none()));
-        assert_eq!(assembler.take(last, CHANNEL), Some(sealed), "{words} words");
+        assert!(others.iter().all(|frame| assembler.push(frame, CHANNEL).is_none()));
+        assert_eq!(assembler.push(last, CHANNEL), Some(sealed), "{words} words");
         assert_eq!(assembler.dropped(), 0);
     }
     let plain = packet(CHANNEL, 1, &[0; 4 + 4 * can::MAX_WORDS]);

@@ -13,7 +13,7 @@ fn is_taken(sent: &[&str], received: &[&str], [from, to]: [&[AxisKind]; 2]) -> b
     let bench = |axes, rows: &str, outputs| {
         let device = DeviceDescriptor::new("bench", axes, H, outputs, &[]).unwrap();
         let mut bench: Bench =
-            Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
+            Bench { dimsart: Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap() };
         bench.run(rows);
         bench
     };
@@ -109,8 +109,9 @@ fn one_axis_goes_to_a_device_of_one_axis_and_comes_back() {
         &[],
     );
     for axis in 0..3 {
-        let mut coordinator: Bench =
-            Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device.clone().unwrap(), ALL).unwrap() };
+        let mut coordinator: Bench = Bench {
+            dimsart: Dimsart::new(ProvidedMemory::leak_default(), device.clone().unwrap(), ALL).unwrap(),
+        };
         let adds = |module: &str, command: &str, types: &[&str]| {
             types.iter().map(|name| format!("{module} {command} {name}\n")).collect::<String>()
         };
@@ -121,7 +122,8 @@ fn one_axis_goes_to_a_device_of_one_axis_and_comes_back() {
              COMM_RXMOD CRX_AXIS {axis}\n{back}MOD_ENG MOD_ON COMM_RXMOD"
         ));
         let joint = DeviceDescriptor::new("joint", &axes[axis..=axis], H, &[types::POSITION], &[]).unwrap();
-        let mut joint: Bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), joint, ALL).unwrap() };
+        let mut joint: Bench =
+            Bench { dimsart: Dimsart::new(ProvidedMemory::leak_default(), joint, ALL).unwrap() };
         let taken = adds("COMM_RXMOD", "CRX_ADD_DATA", &["DES_POSITION", "CH2_WAVES", "LINK_LOST.2"]);
         let sent = adds("COMM_TXMOD", "CTX_ADD_DATA", &["POSITION", "LINK_LOST.2", "CH2_WAVES"]);
         joint.run(&format!(
@@ -172,7 +174,7 @@ fn a_link_that_the_controller_has_not_is_refused() {
     for link in 0..8 {
         bench.rows(&format!("COMM_TXMOD CTX_LINK {link}"));
         let plugged_in = bench.order("MOD_ENG MOD_ON COMM_TXMOD");
-        if link < dimsart_core::limits::Sizes::DEFAULT.links {
+        if link < dimsart_core::limits::Capacities::DEFAULT.links {
             assert_eq!(plugged_in, Ok(()), "{link}");
             bench.rows("MOD_ENG MOD_OFF COMM_TXMOD");
         } else {

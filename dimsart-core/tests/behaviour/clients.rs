@@ -2,8 +2,8 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, FrameError, ModuleRef, ProvidedMemory, Reason,
-    TickResult, Value, Word, scheme, types,
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, FrameError, ModuleRef, ProvidedMemory,
+    SafetyReason, TickResult, Value, Word, scheme, types,
 };
 use dimsart_link::EventLog;
 use dimsart_link::protocol::{
@@ -39,8 +39,8 @@ impl Board {
     fn new() -> Self {
         let (outputs, inputs) = (&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs);
-        let dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
-        let info = DeviceInfo::new("test").for_clients(TICK_HZ);
+        let dimsart = Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap();
+        let info = DeviceInfo::new("test").with_client_lease(TICK_HZ);
         Self { dimsart, info, number: 0, last: (TickResult::Idle, [Word(0); 3]) }
     }
 
@@ -92,7 +92,7 @@ impl Board {
         let mut measured = [Word(0); 6];
         measured[0] = position.into();
         let mut commanded = [Word(0); 3];
-        self.dimsart.allow_motion(self.info.begin_tick());
+        self.dimsart.set_motion_allowed(self.info.begin_tick());
         let tick = self.dimsart.tick(&measured, &mut commanded);
         self.info.end_tick(tick, &self.dimsart);
         self.last = (tick, commanded);
@@ -334,7 +334,7 @@ fn a_link_that_is_down_keeps_the_lease_and_is_no_fault_of_the_past() {
     let heartbeat = board.info.heartbeat(0);
     assert_eq!((heartbeat.blocked, heartbeat.first_fault, heartbeat.lease.holder), (down, None, 1));
     let event = log.get(0).unwrap();
-    assert_eq!((event.what, event.detail), (Reason::LinkDown.number(), 0));
+    assert_eq!((event.what, event.detail), (SafetyReason::LinkDown.number(), 0));
 }
 
 #[test]

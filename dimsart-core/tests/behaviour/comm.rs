@@ -171,7 +171,7 @@ fn damaged_and_foreign_packets_are_refused_and_counted() {
     let long = [2; MAX_PACKET_BYTES + 54];
     assert_eq!(dimsart.receive(0, &long), Err(PacketError::Length { bytes: long.len() }));
     assert_eq!(
-        dimsart.receive(dimsart_core::limits::Sizes::DEFAULT.links, &good.to_bytes()),
+        dimsart.receive(dimsart_core::limits::Capacities::DEFAULT.links, &good.to_bytes()),
         Err(PacketError::NoLink)
     );
     assert_eq!(way.receive([]), 0.0);

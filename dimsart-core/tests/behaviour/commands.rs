@@ -5,8 +5,8 @@
 use crate::common::{self, Bench, Snapshot};
 use dimsart_core::ModuleKinds;
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Endpoint, Finding, Input, Module, ModuleRef, ParameterError,
-    StorageError, TypeRef, Value, limits::MAX_MODULES, types,
+    Command, CommandError, Context, Declarations, Endpoint, Finding, Input, Module, ModuleRef,
+    ParameterError, StorageError, TypeRef, Value, limits::MAX_MODULES, types,
 };
 use dimsart_modules::ALL;
 
@@ -76,12 +76,12 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
     let pd = module("PDCTRL_MOD");
     let delay = module("TIMEDELAY_MOD");
     let force = types::DES_FORCE.first();
-    let second = |name| Finding::TwoProviders {
+    let second = |name| Finding::MultipleWriters {
         signal: force,
         first: Endpoint::Module(pd),
         second: Endpoint::Module(module(name)),
     };
-    let missing = Finding::NoProvider { signal: force, reader: Endpoint::Module(module("RECORDER_MOD")) };
+    let missing = Finding::NoWriter { signal: force, reader: Endpoint::Module(module("RECORDER_MOD")) };
     let refused = |error| CommandError::Parameter(error);
     let axis = |axis, command: Command| match command {
         Command::Set { module, parameter, value, .. } => {
@@ -217,7 +217,7 @@ impl Module for Greedy {
     type AxisState = ();
     type Ports = [Input; 13];
 
-    fn ports(_: &(), declare: &mut Declare<'_>) -> [Input; 13] {
+    fn ports(_: &(), declare: &mut Declarations<'_>) -> [Input; 13] {
         [(); 13].map(|()| declare.input("INPUT", types::FORCE))
     }
 

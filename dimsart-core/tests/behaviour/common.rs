@@ -41,7 +41,7 @@ impl Bench {
     pub(crate) fn with_kinds(kinds: ModuleKinds, dof: usize, outputs: Types, inputs: Types) -> Self {
         let axes = vec![AxisKind::Linear; dof];
         let device = DeviceDescriptor::new("bench", &axes, H, outputs, inputs).unwrap();
-        Self { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, kinds).unwrap() }
+        Self { dimsart: Dimsart::new(ProvidedMemory::leak_default(), device, kinds).unwrap() }
     }
 
     /// Executes rows `module command value`; all must be accepted.
@@ -153,7 +153,7 @@ impl Bench {
 /// only another module writes, are bound to a type of the same kind.
 pub(crate) fn surroundings(module: ModuleRef) -> (Vec<&'static DataType>, Vec<(u8, TypeRef)>) {
     let none = DeviceDescriptor::new("none", &[AxisKind::Linear], H, &[], &[]).unwrap();
-    surroundings_of(&Engine::new(ProvidedMemory::leaked(), none, ALL).ports(module).unwrap())
+    surroundings_of(&Engine::new(ProvidedMemory::leak_default(), none, ALL).ports(module).unwrap())
 }
 
 /// As above, for these ports.
@@ -164,7 +164,7 @@ pub(crate) fn surroundings_of(ports: &[PortSpec]) -> (Vec<&'static DataType>, Ve
         let Some((data_type, signal)) = port.data_type.filter(|_| port.direction == Direction::Read) else {
             continue;
         };
-        let data_type = types::by_id(signal.id).unwrap_or(data_type);
+        let data_type = types::find_by_id(signal.id).unwrap_or(data_type);
         if signal.number == 1 {
             measured.push(data_type);
             continue;

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use dimsart_core::{
     Command, Context, DriveEvent, DriveState, FaultCause, Input, Module, ModuleKinds, ModuleRef, Output,
-    Reason, TickResult, TypeRef, Value, Word, types, words,
+    SafetyReason, TickResult, TypeRef, Value, Word, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -195,7 +195,7 @@ fn a_module_comes_back_by_its_own_reset_and_those_that_fell_with_it_begin() {
     spoil(&mut bench, 1, true);
     assert_eq!(bench.try_tick(&[Word(0); DOF]).0, TickResult::Ran, "the device does not depend on it");
     assert_eq!(fallen(&bench), BTreeSet::from([1, 2]));
-    assert_eq!(bench.dimsart.safety().reason(), Reason::None);
+    assert_eq!(bench.dimsart.safety().reason(), SafetyReason::None);
     assert_eq!(bench.dimsart.engine().module_fault().map(|fault| fault.module), Some(mix(1)));
     spoil(&mut bench, 1, false);
     bench.dimsart.command(Command::ResetModule(mix(2))).unwrap();
@@ -340,7 +340,7 @@ fn the_drive_has_the_transitions_of_cia_402_and_no_other() {
                 None if event == DriveEvent::Fault && !state.is_fault() => Some(FaultReactionActive),
                 None => None,
             };
-            assert_eq!(state.after(event), expected, "{state:?}, {event:?}");
+            assert_eq!(state.transition(event), expected, "{state:?}, {event:?}");
             assert!(found.next().is_none());
         }
     }

@@ -4,7 +4,7 @@
 use dimsart_core::ProvidedMemory;
 use dimsart_core::{
     AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Observer, StorageError, TickResult, Word,
-    limits::Sizes, memory, types,
+    limits::Capacities, memory, types,
 };
 use dimsart_modules::ALL;
 
@@ -22,7 +22,7 @@ fn run(dimsart: &mut Dimsart) -> Result<(), CommandError> {
 
 #[test]
 fn a_tick_without_a_device_is_idle() {
-    let mut dimsart = Dimsart::unconnected(ProvidedMemory::leaked());
+    let mut dimsart = Dimsart::without_device(ProvidedMemory::leak_default());
     assert_eq!(dimsart.tick(&[], &mut []), TickResult::Idle);
     assert_eq!(dimsart.engine().usage().slots, 0);
 }
@@ -39,7 +39,7 @@ impl Observer for Calls {
 
 #[test]
 fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device(1), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device(1), ALL).unwrap();
     let mut observer = Calls(0);
     let mut commanded = [Word(0)];
     assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), TickResult::Idle);
@@ -51,14 +51,14 @@ fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
 
 #[test]
 fn connecting_again_starts_anew() {
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device(3), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device(3), ALL).unwrap();
     run(&mut dimsart).unwrap();
     assert_eq!(dimsart.tick(&[Word(0); 3], &mut [Word(0); 3]), TickResult::Ran);
     dimsart.connect(device(2), ALL).unwrap();
     assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), TickResult::Idle);
     assert_eq!(
         dimsart.engine().usage(),
-        Dimsart::new(ProvidedMemory::leaked(), device(2), ALL).unwrap().engine().usage()
+        Dimsart::new(ProvidedMemory::leak_default(), device(2), ALL).unwrap().engine().usage()
     );
     run(&mut dimsart).unwrap();
     assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), TickResult::Ran);
@@ -66,7 +66,7 @@ fn connecting_again_starts_anew() {
 
 #[test]
 fn a_device_that_does_not_fit_leaves_the_controller_unconnected() {
-    type FourWords = memory!(Sizes { words: 4, ..Sizes::DEFAULT });
+    type FourWords = memory!(Capacities { words: 4, ..Capacities::DEFAULT });
     let memory = Box::leak(Box::new(FourWords::new()));
     let mut dimsart = Dimsart::new(memory, device(2), ALL).unwrap();
     let no_room = StorageError::OutOfMemory { wanted: 3, free: 1 };

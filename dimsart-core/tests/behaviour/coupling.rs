@@ -2,7 +2,9 @@
 //! value.
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
-use dimsart_core::{Command, Coupling, DriveState, Reason, Snapshot, TIMEOUT_TICKS, TickResult, Word, types};
+use dimsart_core::{
+    Command, Coupling, DriveState, SafetyReason, Snapshot, TIMEOUT_TICKS, TickResult, Word, types,
+};
 
 use crate::common::Bench;
 
@@ -44,8 +46,8 @@ impl<'a> Pair<'a> {
     }
 
     fn fast_tick(&mut self, position: [f32; DOF]) -> (TickResult, Vec<f32>) {
-        self.of_fast.get(&mut self.desired);
-        self.fast.dimsart.set_commands_stale(self.of_fast.are_stale());
+        self.of_fast.receive(&mut self.desired);
+        self.fast.dimsart.set_commands_stale(self.of_fast.is_stale());
         let measured: Vec<Word> = position.map(Word::from).into_iter().chain(self.desired).collect();
         let (tick, commanded) = self.fast.try_tick(&measured);
         self.of_fast.send(self.fast.dimsart.signals(&[types::POSITION.first()]));
@@ -54,8 +56,8 @@ impl<'a> Pair<'a> {
 
     fn slow_tick(&mut self) -> TickResult {
         let mut measured = [Word(0); DOF];
-        self.of_slow.get(&mut measured);
-        self.slow.dimsart.set_commands_stale(self.of_slow.are_stale());
+        self.of_slow.receive(&mut measured);
+        self.slow.dimsart.set_commands_stale(self.of_slow.is_stale());
         let (tick, commanded) = self.slow.try_tick(&measured);
         self.of_slow.send(commanded);
         tick
@@ -116,7 +118,7 @@ fn commands_are_late_after_twenty_ticks_and_never_after_nineteen() {
         // The fault latches, even if commands resume.
         assert_eq!(
             (tick, pair.fast.dimsart.safety().reason()),
-            (TickResult::CommandsLate, Reason::CommandsLate)
+            (TickResult::CommandsLate, SafetyReason::CommandsLate)
         );
         assert_eq!(force, [0.0; DOF]);
         pair.fast.dimsart.command(Command::Reset).unwrap();
@@ -129,13 +131,13 @@ fn commands_are_late_after_twenty_ticks_and_never_after_nineteen() {
 fn while_nothing_moves_late_commands_are_no_fault() {
     let mut between = [const { Snapshot::new() }; 2];
     let mut pair = Pair::new(&mut between);
-    pair.fast.dimsart.allow_motion(false);
+    pair.fast.dimsart.set_motion_allowed(false);
     for tick in 0..100 {
         assert_eq!(pair.fast_tick(position(tick)).0, TickResult::CommandsLate);
     }
     pair.slow_tick();
     assert_eq!(pair.fast_tick(position(100)).0, TickResult::Disarmed);
-    pair.fast.dimsart.allow_motion(true);
+    pair.fast.dimsart.set_motion_allowed(true);
     assert_eq!(pair.fast_tick(position(101)).0, TickResult::Ran);
 }
 

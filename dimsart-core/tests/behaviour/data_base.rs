@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use crate::common::Bench;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
-    Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, KindId, Matrix, Memory,
+    Command, CommandError, Context, DataType, Declarations, Direction, Engine, Input, KindId, Matrix, Memory,
     Module, ModuleKinds, ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError,
     Summary, TypeRef, Unit, Value, Word, types, words,
 };
@@ -217,7 +217,7 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
     let mut model = Model::default();
     let kinds = ALL.list().iter().map(|kind| kind.id);
     model.kinds = kinds.clone().filter(|kind| has_the_axes_of(*kind, dof)).collect();
-    model.own_words = kinds.map(|kind| (kind, bench.dimsart.engine().words_of(kind).unwrap())).collect();
+    model.own_words = kinds.map(|kind| (kind, bench.dimsart.engine().module_words(kind).unwrap())).collect();
     for data_type in [types::POSITION, types::FORCE, types::DES_FORCE] {
         model.take(Need::Signal(data_type.first(), dof)).unwrap();
     }
@@ -322,7 +322,7 @@ impl Module for Stamper {
         visit.structural_count(&mut settings.length, "LENGTH", Unit::One, 0..=1000, 0, "Words of memory.");
     }
 
-    fn ports(settings: &StamperSettings, declare: &mut Declare<'_>) -> StamperPorts {
+    fn ports(settings: &StamperSettings, declare: &mut Declarations<'_>) -> StamperPorts {
         StamperPorts {
             memory: declare.memory("MEMORY", usize::try_from(settings.length).unwrap()),
             output: declare.output("STAMPED", types::SIGNAL),
@@ -349,7 +349,7 @@ fn what_stays_plugged_in_keeps_its_contents_while_others_move() {
     let mut stamps = [None; 12];
     for operation in 1_u16..=20_000 {
         let number = u8::try_from(below(&mut random, 12) + 1).unwrap();
-        let module = ModuleRef { kind: KindId::of(Stamper::NAME), number };
+        let module = ModuleRef { kind: KindId::from_name(Stamper::NAME), number };
         let engine = bench.dimsart.engine_mut();
         let stamp = &mut stamps[usize::from(number) - 1];
         if stamp.is_some() {
@@ -368,8 +368,11 @@ fn what_stays_plugged_in_keeps_its_contents_while_others_move() {
         bench.tick(&[]);
         for (number, stamp) in (1..).zip(stamps) {
             let Some(stamp) = stamp else { continue };
-            let memory =
-                bench.dimsart.engine().memory(ModuleRef { kind: KindId::of(Stamper::NAME), number }).unwrap();
+            let memory = bench
+                .dimsart
+                .engine()
+                .memory(ModuleRef { kind: KindId::from_name(Stamper::NAME), number })
+                .unwrap();
             let signal = bench.bits(&format!("SIGNAL.{number}"));
             assert!(memory.iter().chain(signal).all(|word| *word == stamp), "{operation}: {number}");
         }
@@ -400,7 +403,7 @@ impl Module for Beside {
     type AxisState = ();
     type Ports = (Input<Matrix<2, 2>>, Output<Matrix<2, 2>>);
 
-    fn ports(_: &(), declare: &mut Declare<'_>) -> Self::Ports {
+    fn ports(_: &(), declare: &mut Declarations<'_>) -> Self::Ports {
         let input = declare.input("IN", TABLE);
         (input, declare.output("OUT", TABLE))
     }

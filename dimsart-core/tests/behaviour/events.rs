@@ -1,6 +1,6 @@
 //! Events of a controller about faults and resets.
 
-use dimsart_core::{Command, Reason, types};
+use dimsart_core::{Command, SafetyReason, types};
 use dimsart_link::protocol::{DeviceInfo, Request, request_id, serve};
 use dimsart_link::{EventKind, EventLog};
 
@@ -18,7 +18,7 @@ fn a_can_bus_is_logged_when_it_changes() {
     let [left, joined, given_up] =
         [EventKind::BusOff, EventKind::BusRejoined, EventKind::BusOffPermanent].map(|kind| kind as u8);
     for what in [joined, joined, left, left, joined, left, given_up, given_up, left, joined] {
-        info.log_bus(what);
+        info.log_bus_event(what);
     }
     assert_eq!(events(log), [left, joined, left, given_up, left, joined]);
 }
@@ -47,7 +47,8 @@ fn a_fault_that_is_there_again_behind_a_reset_is_told_again() {
     tick(&mut bench, &mut info, 1e30);
     reset(&mut bench, &mut info);
     tick(&mut bench, &mut info, 0.0);
-    let [refused, failed] = [Reason::MeasurementRefused, Reason::ModuleFailed].map(Reason::number);
+    let [refused, failed] =
+        [SafetyReason::MeasurementRefused, SafetyReason::ModuleFailed].map(SafetyReason::number);
     let (reset, cut_out) = (EventKind::Reset as u8, EventKind::ModuleIsolated as u8);
     assert_eq!(events(log), [refused, reset, refused, cut_out, reset, failed, reset, 0]);
 }

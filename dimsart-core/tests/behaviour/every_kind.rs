@@ -2,7 +2,7 @@
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "numbers of a test")]
 
-use dimsart_core::{Accepts, Command, FaultCause, MAX_CHOICES, ModuleRef, TickResult, Unit, Value};
+use dimsart_core::{Command, FaultCause, MAX_CHOICES, ModuleRef, ParameterType, TickResult, Unit, Value};
 use dimsart_modules::ALL;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -35,18 +35,20 @@ fn measure(random: &mut Pcg32, words: &mut [f32]) {
 }
 
 /// A value that a parameter accepts, anywhere in its range or near its minimum.
-fn value(random: &mut Pcg32, accepts: Accepts) -> Option<Value> {
+fn value(random: &mut Pcg32, accepts: ParameterType) -> Option<Value> {
     let below = |random: &mut Pcg32, bound: u32| random.next_u32() % bound.max(1);
     Some(match accepts {
-        Accepts::Real { min, max } => {
+        ParameterType::Real { min, max } => {
             let share = (random.next_u32() >> 8) as f32 / (1 << 24) as f32;
             Value::Real(min + (max - min) * share * [1e-6, 1e-3, 1.0][below(random, 3) as usize])
         }
-        Accepts::Count { min, max } => Value::Count(min + below(random, (max - min).min(64) + 1)),
-        Accepts::Integer { min, max } => Value::Integer((below(random, 100) as i32 - 50).clamp(min, max)),
-        Accepts::Flag => Value::Flag(below(random, 2) == 0),
-        Accepts::Choice(names) => Value::Choice(below(random, names.len() as u32) as u8),
-        Accepts::Types => return None,
+        ParameterType::Count { min, max } => Value::Count(min + below(random, (max - min).min(64) + 1)),
+        ParameterType::Integer { min, max } => {
+            Value::Integer((below(random, 100) as i32 - 50).clamp(min, max))
+        }
+        ParameterType::Flag => Value::Flag(below(random, 2) == 0),
+        ParameterType::Choice(names) => Value::Choice(below(random, names.len() as u32) as u8),
+        ParameterType::Types => return None,
     })
 }
 
@@ -126,7 +128,7 @@ fn its_words_say_what_it_is() {
             let said = format!("{} {}: '{}'", kind.name, parameter.name, parameter.summary.text());
             assert!(parameter.summary.text().ends_with('.'), "{said}");
             assert!(
-                parameter.unit != Unit::Any || !matches!(parameter.accepts, Accepts::Count { .. }),
+                parameter.unit != Unit::Any || !matches!(parameter.accepts, ParameterType::Count { .. }),
                 "{said}"
             );
         }
@@ -140,7 +142,7 @@ fn every_choice_can_be_described_over_the_protocol() {
     for module in kinds() {
         let described = |index| ALL.describe_parameter(module.kind, index);
         for parameter in (0..=u8::MAX).map_while(described) {
-            if let Accepts::Choice(names) = parameter.accepts {
+            if let ParameterType::Choice(names) = parameter.accepts {
                 let (name, kind) = (parameter.name, name(module));
                 assert!((1..=MAX_CHOICES).contains(&names.len()), "{kind} {name}: {names:?}");
                 choices += 1;

@@ -7,7 +7,7 @@ use crate::common::IDS;
 use crate::common::{Bench, DelayedLink, Types};
 use dimsart_core::{
     AxisKind, CommandError, Content, Context, Cost, Costs, DataType, DeviceDescriptor, Finding, Format,
-    Input, Matrix, Module, ModuleKinds, Output, Packet, Shape, Single, Square, Summary, TickResult,
+    Input, Matrix, Module, ModuleKinds, Output, Packet, ScalarSignal, Shape, Square, Summary, TickResult,
     TypeMismatch, Unit, UnitRelation, Vector, Word, types, words,
 };
 use dimsart_modules::ALL;
@@ -379,7 +379,7 @@ words! {
         count: Input<Vector<u32>> = input("COUNT", U32_VECTOR),
         flag: Input<Vector<bool>> = input("FLAG", BOOL_VECTOR),
         square: Input<Square<i32>> = input("SQUARE", I32_SQUARE),
-        number: Input<Single<u32>> = input("NUMBER", U32_SCALAR),
+        number: Input<ScalarSignal<u32>> = input("NUMBER", U32_SCALAR),
         real_out: Output = output("REAL_OUT", types::SIGNAL_OUT),
         integer_out: Output<Vector<i32>> = output("INTEGER_OUT", I32_VECTOR_OUT),
         count_out: Output<Vector<u32>> = output("COUNT_OUT", U32_VECTOR_OUT),

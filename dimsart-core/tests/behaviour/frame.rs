@@ -5,8 +5,9 @@ use crate::common::{Bench, Types};
 use dimsart_core::ModuleKinds;
 use dimsart_core::{
     AxisKind, Context, DataType, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format, FrameError,
-    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Shape, Single, Summary, TickResult, Unit, Vector, Word,
-    limits::{MAX_DOF, Sizes},
+    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, ScalarSignal, Shape, Summary, TickResult, Unit, Vector,
+    Word,
+    limits::{Capacities, MAX_DOF},
     memory, types, words,
 };
 use dimsart_modules::ALL;
@@ -49,12 +50,12 @@ words! {
     }
     ports Signals {
         temperatures: Input = input("TEMPERATURES", TEMPERATURES),
-        counter: Input<Single<i32>> = input("COUNTER", COUNTER),
+        counter: Input<ScalarSignal<i32>> = input("COUNTER", COUNTER),
         status_bits: Input<Matrix<2, 2, u32>> = input("STATUS_BITS", STATUS_BITS),
         limit_switch: Input<Vector<bool>> = input("LIMIT_SWITCH", LIMIT_SWITCH),
         jacobian: Input<Matrix<2, 3>> = input("JACOBIAN", JACOBIAN),
         heating: Output = output("HEATING", HEATING),
-        target: Output<Single<i32>> = output("TARGET", TARGET),
+        target: Output<ScalarSignal<i32>> = output("TARGET", TARGET),
         mask: Output<Matrix<2, 2, u32>> = output("MASK", MASK),
         brakes: Output<Vector<bool>> = output("BRAKES", BRAKES),
         transposed: Output<Matrix<3, 2>> = output("TRANSPOSED", TRANSPOSED),
@@ -138,7 +139,7 @@ fn a_frame_of_the_wrong_length_changes_nothing_and_the_device_gets_zero() {
     let before = bench.snapshot();
     let expected = measurement().len();
     for found in [0, 1, expected - 1, expected + 1, 100] {
-        bench.dimsart.allow_motion(false);
+        bench.dimsart.set_motion_allowed(false);
         let (tick, commanded) = bench.try_tick(&vec![Word::from(1.0); found]);
         assert_eq!(tick, TickResult::MeasurementRefused(FrameError::Length { expected, found }));
         assert!(commanded.iter().all(|word| *word == Word(0)));
@@ -172,7 +173,7 @@ fn a_number_that_is_not_finite_is_named_wherever_it_stands() {
                 let mut measured = measurement();
                 measured.iter_mut().for_each(|word| word.0 ^= 1);
                 measured[start + word] = Word::from(bad);
-                bench.dimsart.allow_motion(false);
+                bench.dimsart.set_motion_allowed(false);
                 let (tick, commanded) = bench.try_tick(&measured);
                 let error =
                     FrameError::NotFinite { signal: data_type.first(), word: word.try_into().unwrap() };
@@ -187,7 +188,7 @@ fn a_number_that_is_not_finite_is_named_wherever_it_stands() {
         TickResult::Disarmed,
         "without motion it ends with the next frame"
     );
-    bench.dimsart.allow_motion(true);
+    bench.dimsart.set_motion_allowed(true);
     assert_eq!(bench.try_tick(&measurement()).0, TickResult::Ran);
     let mut measured = measurement();
     measured[0] = Word::from(f32::NAN);
@@ -277,7 +278,7 @@ fn too_many_types_and_one_type_twice_are_refused_with_the_numbers() {
     assert_eq!(describe(most, &[]), Ok(1));
     assert_eq!(describe(&[], most), Ok(1));
     let too_many = Err(DescriptorError::TooManyTypes { wanted: MAX_DEVICE_TYPES + 1 });
-    let same = Err(DescriptorError::SameType { id: types::POSITION.id, first: 1, second: 3 });
+    let same = Err(DescriptorError::DuplicateType { id: types::POSITION.id, first: 1, second: 3 });
     for (types, refused) in [(nine, too_many), (twice, same)] {
         assert_eq!(describe(types, &[]), refused);
         assert_eq!(describe(&[], types), refused);
@@ -292,17 +293,17 @@ fn a_type_that_is_measured_and_commanded_or_is_taken_for_another_one_is_refused(
     };
     let id = types::FORCE.id;
     let both = describe(&[types::POSITION, types::FORCE], &[types::FORCE]);
-    assert_eq!(both, Err(DescriptorError::SameType { id, first: 1, second: 2 }));
+    assert_eq!(both, Err(DescriptorError::DuplicateType { id, first: 1, second: 2 }));
     const fn own(id: u16, name: &'static str) -> DataType {
         DataType { id, name, ..*types::FORCE }
     }
     const FORCE_OF_THE_GRIPPER: &DataType = &own(types::FORCE.id, "GRIP");
     const HEAT: &DataType = &own(0x8000, "HEAT");
     const OTHER_HEAT: &DataType = &own(0x8001, "HEAT");
-    assert_eq!(describe(&[FORCE_OF_THE_GRIPPER], &[]), Err(DescriptorError::OwnType { id }));
+    assert_eq!(describe(&[FORCE_OF_THE_GRIPPER], &[]), Err(DescriptorError::ReservedTypeId { id }));
     assert_eq!(
         describe(&[HEAT], &[OTHER_HEAT]),
-        Err(DescriptorError::SameType { id: 0x8001, first: 0, second: 1 })
+        Err(DescriptorError::DuplicateType { id: 0x8001, first: 0, second: 1 })
     );
     assert_eq!(describe(&[HEAT], &[types::FORCE]), Ok(1));
 }
@@ -311,6 +312,6 @@ fn a_type_that_is_measured_and_commanded_or_is_taken_for_another_one_is_refused(
 fn a_device_whose_types_do_not_fit_is_refused() {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[IMAGE, TEMPERATURES], &[]).unwrap();
-    type TooSmall = memory!(Sizes { words: 322, ..Sizes::DEFAULT });
+    type TooSmall = memory!(Capacities { words: 322, ..Capacities::DEFAULT });
     assert!(Dimsart::new(Box::leak(Box::new(TooSmall::new())), device, ALL).is_err());
 }

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 use dimsart_core::Packet;
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES};
-use dimsart_link::auth::{AuthError, Guard, Key, Line, Profile, SESSION_HOLD_MS};
+use dimsart_link::auth::{AuthError, Key, KeyDomain, Profile, SESSION_HOLD_MS, SecureChannel};
 use dimsart_link::carrier::can::{Assembler, frames};
 use dimsart_link::carrier::can_fd;
 use proptest::prelude::*;
@@ -29,7 +29,7 @@ fn after(counter: u16) -> u16 {
 }
 
 struct Side {
-    guard: Guard,
+    guard: SecureChannel,
     sends_on: u16,
     /// Distinguishes its packets from the peer's.
     echo: u16,
@@ -44,17 +44,17 @@ struct Side {
 
 impl Side {
     fn new(key: &[u8; 16], profile: Profile, [sends_on, receives_from]: [u16; 2], seed: u64) -> Self {
-        Self::of_line(key, Line::Link(0), profile, [sends_on, receives_from], seed)
+        Self::of_line(key, KeyDomain::Link(0), profile, [sends_on, receives_from], seed)
     }
 
     fn of_line(
         key: &[u8; 16],
-        line: Line,
+        line: KeyDomain,
         profile: Profile,
         [sends_on, receives_from]: [u16; 2],
         seed: u64,
     ) -> Self {
-        let mut guard = Guard::new(&Key::new(key), line, profile, seed);
+        let mut guard = SecureChannel::new(&Key::new(key), line, profile, seed);
         guard.set_send_channel(sends_on);
         guard.set_receive_channel(receives_from);
         Self {
@@ -196,7 +196,7 @@ fn can_carries_handshakes_and_tags() {
         let channel = CHANNELS[1 - to];
         let data: Vec<_> = frames(content, channel).expect("of an accepted class").collect();
         most = most.max(data.len());
-        data.iter().filter_map(|data| assemblers[to].take(data, channel).map(<[u8]>::to_vec)).collect()
+        data.iter().filter_map(|data| assemblers[to].push(data, channel).map(<[u8]>::to_vec)).collect()
     });
     assert_eq!(
         (most, assemblers.map(|assembler| assembler.dropped())),

@@ -24,7 +24,7 @@ fn handles_and_memories_follow_their_words_when_a_module_before_them_goes() {
     let axes = [AxisKind::Linear; 2];
     let outputs = &[types::POSITION, types::CH1_WAVES];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[]);
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap();
     load(&mut dimsart, SCHEME);
     for tick in 0..8_u8 {
         if tick == 3 {

@@ -103,9 +103,9 @@ impl Joint {
         let device = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, outputs, &[types::DES_FORCE]);
         let device = device.unwrap().with_limits(&[&[LIMITS]]).unwrap();
         let device = device.with_output_limits(&[SENSOR_LIMITS]).unwrap();
-        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, KINDS).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device, KINDS).unwrap();
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS, &IDS)));
-        dimsart.engine_mut().set_call_timer(Counter::up(COUNTER.with(|counter| *counter)), 0);
+        dimsart.engine_mut().set_call_timer(Counter::counting_up(COUNTER.with(|counter| *counter)), 0);
         load(
             &mut dimsart,
             "PDCTRL_MOD K_PARAM 400\nPDCTRL_MOD D_PARAM 40\nPDCTRL_MOD PORT_DES_FORCE DES_FORCE.2\n\
@@ -113,7 +113,7 @@ impl Joint {
              MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON FAILING_MOD\nMOD_ENG MATCHING_CHECK",
         );
         let sender = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, &[types::VELOCITY], &[]);
-        let mut sender = Dimsart::new(ProvidedMemory::leaked(), sender.unwrap(), ALL).unwrap();
+        let mut sender = Dimsart::new(ProvidedMemory::leak_default(), sender.unwrap(), ALL).unwrap();
         load(
             &mut sender,
             "COMM_TXMOD CTX_ADD_DATA VELOCITY\nMOD_ENG MOD_ON COMM_TXMOD\nMOD_ENG MATCHING_CHECK",

@@ -92,7 +92,7 @@ fn outcome(way: &mut Way, packet: Option<&Packet>) -> TickResult {
     if let Some(packet) = packet {
         way.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
     }
-    way.receiver.dimsart.allow_motion(true);
+    way.receiver.dimsart.set_motion_allowed(true);
     way.receiver.try_tick(&[]).0
 }
 
@@ -232,7 +232,7 @@ fn motion_begins_anew_with_the_first_packet() {
         if receives {
             receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
         }
-        receiver.dimsart.allow_motion(true);
+        receiver.dimsart.set_motion_allowed(true);
         let (tick, commanded) = receiver.try_tick(&common::words(&[-1.0]));
         (tick, f32::from_bits(commanded[0].0))
     };
@@ -327,7 +327,7 @@ fn time_goes_on_for_a_link_while_measurements_are_refused() {
             if arrives {
                 receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
             }
-            receiver.dimsart.allow_motion(is_allowed);
+            receiver.dimsart.set_motion_allowed(is_allowed);
             let (tick, commanded) = receiver.try_tick(&[measured.into()]);
             (tick, f32::from_bits(commanded[0].0))
         };

@@ -13,7 +13,7 @@ const TWO_LISTS: ModuleKinds = join_kinds![P_ALONE, CONTROL];
 fn controller(list: ModuleKinds) -> Dimsart {
     let (outputs, inputs) = (&[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
     let device = DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs);
-    Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), list).unwrap()
+    Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), list).unwrap()
 }
 
 #[test]

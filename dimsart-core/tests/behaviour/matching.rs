@@ -18,7 +18,7 @@ const SIDES: &[&str] = &["master", "slave"];
 fn robot() -> Dimsart {
     let axes = [AxisKind::Linear; 3];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
-    Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap()
 }
 
 /// Loads a scheme and returns the texts of the errors.
@@ -50,7 +50,7 @@ fn table_1_as_printed_lacks_exactly_one_provider_on_the_slave() {
     assert_eq!(errors, ["20:25 Refused(HasFaults { faults: 1 })"]);
     let report = slave.engine().check();
     let tx = ALL.module("COMM_TXMOD").unwrap();
-    let expected = Finding::NoProvider { signal: types::CH1_TD_WAVES.first(), reader: Endpoint::Module(tx) };
+    let expected = Finding::NoWriter { signal: types::CH1_TD_WAVES.first(), reader: Endpoint::Module(tx) };
     assert_eq!(report.findings(), [expected]);
     assert!(!slave.engine().is_running());
 }
@@ -182,7 +182,8 @@ fn a_comm_channel_bound_to_another_format_or_shape_is_a_fault() {
 #[test]
 fn the_unit_in_a_finding_is_the_one_of_the_axes() {
     let device = DeviceDescriptor::new("arm", &[AxisKind::Rotary], 1e-3, &[types::FORCE], &[]).unwrap();
-    let mut bench: Bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
+    let mut bench: Bench =
+        Bench { dimsart: Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap() };
     bench.rows("VWALL_MOD PORT_POSITION FORCE\nMOD_ENG MOD_ON VWALL_MOD");
     assert!(bench.findings()[0].contains("wrong unit, N·m:"), "{:?}", bench.findings());
 }
@@ -461,8 +462,8 @@ fn whatever_is_plugged_in_each_signal_out_of_order_is_named_and_no_other() {
         }
         let named = report.findings().iter().filter_map(|finding| {
             let (kind, signal) = match finding {
-                Finding::NoProvider { signal, .. } => (0, signal),
-                Finding::TwoProviders { signal, .. } => (1, signal),
+                Finding::NoWriter { signal, .. } => (0, signal),
+                Finding::MultipleWriters { signal, .. } => (1, signal),
                 Finding::Delay { signal, .. } => (2, signal),
                 _ => return None,
             };

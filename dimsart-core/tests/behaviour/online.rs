@@ -2,9 +2,9 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use crate::common::IDS;
-use dimsart_core::limits::{PROGRAM_WORDS, Sizes};
+use dimsart_core::limits::{Capacities, PROGRAM_WORDS};
 use dimsart_core::online::{
-    Header, Instruction, LawParameter, LawRefusal, OWN_AXIS, Opcode, Program, ProgramError, seal,
+    CURRENT_AXIS, Header, Instruction, LawParameter, LawRefusal, Opcode, Program, ProgramError, program_crc,
 };
 use dimsart_core::{Command, CommandError, Cost, Costs, ModuleRef, ParameterError, Unit, Value, types};
 use dimsart_link::saved_scheme;
@@ -22,13 +22,13 @@ fn module(name: &str) -> ModuleRef {
 fn spring() -> Vec<u32> {
     let instruction = |opcode, fields: &[u8]| Instruction::new(opcode, fields).0;
     let once = [instruction(Opcode::Constant, &[2, 0])];
-    let begin = [instruction(Opcode::Input, &[1, 0, OWN_AXIS]), instruction(Opcode::Remember, &[0, 1])];
+    let begin = [instruction(Opcode::Input, &[1, 0, CURRENT_AXIS]), instruction(Opcode::Remember, &[0, 1])];
     let tick = [
-        instruction(Opcode::Input, &[3, 0, OWN_AXIS]),
-        instruction(Opcode::Parameter, &[4, 0, OWN_AXIS]),
+        instruction(Opcode::Input, &[3, 0, CURRENT_AXIS]),
+        instruction(Opcode::Parameter, &[4, 0, CURRENT_AXIS]),
         instruction(Opcode::Multiply, &[3, 3, 4]),
         instruction(Opcode::Multiply, &[3, 3, 2]),
-        instruction(Opcode::Output, &[0, 3, OWN_AXIS]),
+        instruction(Opcode::Output, &[0, 3, CURRENT_AXIS]),
     ];
     let header = Header {
         inputs: 1,
@@ -48,7 +48,7 @@ fn spring() -> Vec<u32> {
     words.push((-1.0_f32).to_bits());
     words.extend(once.iter().chain(&begin).chain(&tick));
     words.extend(b"SPRING\0\0".as_chunks::<4>().0.iter().map(|bytes| u32::from_le_bytes(*bytes)));
-    words.push(seal(&words));
+    words.push(program_crc(&words));
     words
 }
 
@@ -57,7 +57,7 @@ fn with(place: usize, change: impl Fn(u32) -> u32) -> Vec<u32> {
     let mut words = spring();
     words[place] = change(words[place]);
     let end = words.len() - 1;
-    words[end] = seal(&words[..end]);
+    words[end] = program_crc(&words[..end]);
     words
 }
 
@@ -135,8 +135,14 @@ fn what_is_no_program_is_refused_with_its_reason_and_changes_nothing() {
         (with(13, field(20, 5)), ProgramError::Range { at: 3 }),
         (with(15, field(14, 9)), ProgramError::Register { at: 5 }),
         (with(16, field(20, 63)), ProgramError::Register { at: 6 }),
-        (with(12, |_| Instruction::new(Opcode::Output, &[0, 1, OWN_AXIS]).0), ProgramError::Place { at: 2 }),
-        (with(10, |_| Instruction::new(Opcode::Input, &[0, 0, OWN_AXIS]).0), ProgramError::Place { at: 0 }),
+        (
+            with(12, |_| Instruction::new(Opcode::Output, &[0, 1, CURRENT_AXIS]).0),
+            ProgramError::Place { at: 2 },
+        ),
+        (
+            with(10, |_| Instruction::new(Opcode::Input, &[0, 0, CURRENT_AXIS]).0),
+            ProgramError::Place { at: 0 },
+        ),
         (with(17, |_| Instruction::new(Opcode::Negate, &[1, 1]).0), ProgramError::Output { output: 0 }),
         // Parameters are in registers only in the sections of an axis.
         (with(10, |_| Instruction::new(Opcode::Negate, &[2, 0]).0), ProgramError::Register { at: 0 }),
@@ -173,7 +179,7 @@ fn a_program_in_use_is_neither_overwritten_nor_removed() {
         bench.order("MOD_ENG MOD_ON ONLINE_MOD.2"),
         Err(CommandError::UnknownLaw(module("ONLINE_MOD.2")))
     );
-    let beyond = u8::try_from(Sizes::DEFAULT.programs + 1).unwrap();
+    let beyond = u8::try_from(Capacities::DEFAULT.programs + 1).unwrap();
     assert_eq!(keep(&mut bench, beyond, &spring()), Err(CommandError::Law(LawRefusal::UnknownNumber)));
     assert_eq!(keep(&mut bench, 0, &spring()), Err(CommandError::Law(LawRefusal::UnknownNumber)));
 }
@@ -197,7 +203,7 @@ fn a_law_for_more_axes_than_there_are_is_not_plugged_in() {
     let mut words = with(13, |_| Instruction::new(Opcode::Input, &[3, 0, 2]).0);
     words[1] |= 3 << 16;
     let end = words.len() - 1;
-    words[end] = seal(&words[..end]);
+    words[end] = program_crc(&words[..end]);
     keep(&mut bench, 1, &words).unwrap();
     bench.rows("ONLINE_MOD PROGRAM 1");
     let refused = CommandError::Parameter(ParameterError::NoSuchEntry);
@@ -259,7 +265,7 @@ fn a_program_as_long_as_can_be_is_taken() {
     let end = 18;
     words.splice(end..end, (0..more).map(|_| Instruction::new(Opcode::Absolute, &[3, 1]).0));
     let crc = crc + more;
-    words[crc] = seal(&words[..crc]);
+    words[crc] = program_crc(&words[..crc]);
     assert_eq!(words.len(), PROGRAM_WORDS);
     assert!(Program::verify(&words).is_ok());
     let mut bench = bench();

@@ -4,7 +4,7 @@
 #![expect(clippy::cast_precision_loss, reason = "small by construction")]
 
 use dimsart_core::{
-    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleRef, PortSpec,
+    AxisKind, Command, DeviceDescriptor, Dimsart, Direction, Engine, ModuleRef, ParameterType, PortSpec,
     ProvidedMemory, TickResult, TypeRef, Value, Word, types,
 };
 use dimsart_modules::ALL;
@@ -32,7 +32,7 @@ enum Copied {
 impl Case {
     fn ports(&self) -> Vec<PortSpec> {
         let none = DeviceDescriptor::new("none", &[AxisKind::Linear; DOF], H, &[], &[]).unwrap();
-        let mut engine = Engine::new(ProvidedMemory::leaked(), none, ALL);
+        let mut engine = Engine::new(ProvidedMemory::leak_default(), none, ALL);
         for (parameter, value) in &self.settings {
             let _ = engine.command(Command::set(self.module, *parameter, *value));
         }
@@ -45,7 +45,7 @@ impl Case {
         let (measured, bindings) = surroundings_of(&ports);
         let device =
             DeviceDescriptor::new("bench", &[AxisKind::Linear; DOF], H, measured.leak(), &[]).unwrap();
-        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
+        let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap();
         for (parameter, value) in &self.settings {
             let _ = dimsart.command(Command::set(self.module, *parameter, *value));
         }
@@ -130,14 +130,14 @@ fn cases() -> Vec<Case> {
         let mut random = Pcg32::seed_from_u64(kind.bits().into());
         let numbers: Vec<_> = (0..)
             .zip(&parameters)
-            .filter(|(_, accepts)| matches!(accepts, Accepts::Real { .. }))
+            .filter(|(_, accepts)| matches!(accepts, ParameterType::Real { .. }))
             .map(|(index, _)| (index, Value::Real((random.next_u32() % 40) as f32 * 0.1)))
             .collect();
         let mut settings = vec![numbers.clone()];
         for (index, accepts) in (0..).zip(&parameters) {
             let values: Vec<_> = match accepts {
-                Accepts::Flag => [false, true].map(Value::Flag).to_vec(),
-                Accepts::Choice(names) => (0..).take(names.len()).map(Value::Choice).collect(),
+                ParameterType::Flag => [false, true].map(Value::Flag).to_vec(),
+                ParameterType::Choice(names) => (0..).take(names.len()).map(Value::Choice).collect(),
                 _ => Vec::new(),
             };
             settings.extend(values.into_iter().map(|value| [&numbers[..], &[(index, value)]].concat()));

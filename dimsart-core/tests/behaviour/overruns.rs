@@ -73,8 +73,9 @@ fn bench() -> Bench {
 fn bench_with_counter(counts_per_cycle: u32) -> Bench {
     let mut bench = Bench::with_kinds(SLOWS, DOF, &[types::SIGNAL], &[types::DES_FORCE]);
     let engine = bench.dimsart.engine_mut();
-    engine.set_costs(Some(Costs::new(&COSTS, const { &[KindId::of(Slow::NAME)] })));
-    let counter = Counter::up(COUNTER.with(|counter| *counter)).with_counts_per_cycle(counts_per_cycle);
+    engine.set_costs(Some(Costs::new(&COSTS, const { &[KindId::from_name(Slow::NAME)] })));
+    let counter =
+        Counter::counting_up(COUNTER.with(|counter| *counter)).with_counts_per_cycle(counts_per_cycle);
     engine.set_call_timer(counter, SPARE_CYCLES);
     let signal = |number| dimsart_core::TypeRef { id: types::SIGNAL_OUT.id, number };
     let bindings = [

@@ -2,10 +2,12 @@
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
-use dimsart_core::{Accepted, ModuleKinds, ParameterSet, ParameterText, ProvidedMemory};
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Dimsart, Entries, Input, Module, ModuleRef, Output,
-    ParameterError, Parameters, Unit, Value, choice, limits::MAX_DOF, types, words,
+    Command, CommandError, Context, Declarations, Dimsart, Input, Module, ModuleRef, Output, ParameterError,
+    ParameterShape, Parameters, Unit, Value, choice, limits::MAX_DOF, types, words,
+};
+use dimsart_core::{
+    ModuleKinds, ParameterDescription, ParameterSet, ParameterTypeDescription, ProvidedMemory,
 };
 use dimsart_link::saved_scheme::{self, fingerprint};
 
@@ -57,7 +59,7 @@ impl Module for Feedback {
         gains.visit(visit);
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(_: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let input = declare.input("POSITION", types::POSITION);
         Ports { input, output: declare.output("DES_FORCE", types::DES_FORCE) }
     }
@@ -218,20 +220,24 @@ fn a_matrix_takes_as_many_axes_as_the_device_has() {
 #[test]
 fn every_kind_of_parameter_describes_itself() {
     let parameters = (0..).map_while(|index| FEEDBACKS.describe_parameter(MODULE.kind, index));
-    let texts: Vec<_> = parameters.map(|parameter| ParameterText::try_from(parameter).unwrap()).collect();
+    let texts: Vec<_> =
+        parameters.map(|parameter| ParameterDescription::try_from(parameter).unwrap()).collect();
     let accepts: Vec<_> = texts.into_iter().map(|text| (text.accepts, text.entries)).collect();
     let names = heapless::Vec::from_slice(&["FREE", "SPRING", "DAMPER"]).unwrap();
     assert_eq!(
         accepts,
         [
-            (Accepted::Integer { min: -100, max: i32::MAX }, Entries::ONE),
-            (Accepted::Real { min: -10.0, max: 10.0 }, Entries { rows: 2, columns: 3 }),
-            (Accepted::Count { min: 0, max: 9 }, Entries::AXES),
-            (Accepted::Flag, Entries::AXES),
-            (Accepted::Choice(names), Entries::AXES),
-            (Accepted::Integer { min: i32::MIN, max: 5 }, Entries::AXES),
-            (Accepted::Real { min: 0.0, max: 1e6 }, Entries { rows: 0, columns: 4 }),
-            (Accepted::Real { min: -1e6, max: 1e6 }, Entries::SQUARE),
+            (ParameterTypeDescription::Integer { min: -100, max: i32::MAX }, ParameterShape::ONE),
+            (
+                ParameterTypeDescription::Real { min: -10.0, max: 10.0 },
+                ParameterShape { rows: 2, columns: 3 }
+            ),
+            (ParameterTypeDescription::Count { min: 0, max: 9 }, ParameterShape::AXES),
+            (ParameterTypeDescription::Flag, ParameterShape::AXES),
+            (ParameterTypeDescription::Choice(names), ParameterShape::AXES),
+            (ParameterTypeDescription::Integer { min: i32::MIN, max: 5 }, ParameterShape::AXES),
+            (ParameterTypeDescription::Real { min: 0.0, max: 1e6 }, ParameterShape { rows: 0, columns: 4 }),
+            (ParameterTypeDescription::Real { min: -1e6, max: 1e6 }, ParameterShape::SQUARE),
         ]
     );
 }
@@ -239,6 +245,6 @@ fn every_kind_of_parameter_describes_itself() {
 #[test]
 fn a_controller_without_the_module_has_none_of_its_parameters() {
     let device = bench().dimsart.engine().device().clone();
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, FEEDBACKS).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device, FEEDBACKS).unwrap();
     assert_eq!(dimsart.engine_mut().get(MODULE, 0, 0), Err(CommandError::NotPluggedIn(MODULE)));
 }

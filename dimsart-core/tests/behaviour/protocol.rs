@@ -16,9 +16,9 @@ mod served;
 
 use crate::common::module_at;
 use dimsart_core::{
-    Accepted, Accepts, AxisKind, Command, CommandError, DataTypeText, Endpoint, EngineCommand, Finding,
-    Format, FrameError, ModuleRef, ParameterError, ParameterText, PortDescription, TickResult, Timing,
-    TypeRef, Unit, Value, scheme, types,
+    AxisKind, Command, CommandError, DataTypeDescription, Endpoint, EngineCommand, Finding, Format,
+    FrameError, ModuleRef, ParameterDescription, ParameterError, ParameterType, ParameterTypeDescription,
+    PortDescription, TickResult, Timing, TypeRef, Unit, Value, scheme, types,
 };
 use dimsart_link::protocol::{
     Effect, MAX_SIGNAL_WORDS, NotCommandedReason, PROTOCOL_VERSION, Refusal, Request, Response, SchemeAction,
@@ -75,9 +75,11 @@ fn every_module_and_parameter_of_the_library_is_described_as_the_engine_has_it()
     }
 }
 
-fn assert_same(found: &Accepted<'_>, expected: Accepts) {
+fn assert_same(found: &ParameterTypeDescription<'_>, expected: ParameterType) {
     match (found, expected) {
-        (Accepted::Choice(found), Accepts::Choice(expected)) => assert_eq!(found, expected),
+        (ParameterTypeDescription::Choice(found), ParameterType::Choice(expected)) => {
+            assert_eq!(found, expected)
+        }
         // All other variants have the same fields with the same names.
         (found, expected) => assert_eq!(format!("{found:?}"), format!("{expected:?}")),
     }
@@ -115,7 +117,7 @@ fn data_types_are_the_catalogue_and_the_devices_own() {
     let expected = types::ALL.iter().chain([MAP]);
     assert_eq!(found.len(), types::ALL.len() + 1);
     for (found, expected) in found.into_iter().zip(expected) {
-        let DataTypeText { id, name, unit, format, shape } = unwrap!(DataType, found);
+        let DataTypeDescription { id, name, unit, format, shape } = unwrap!(DataType, found);
         assert_eq!((id, name, unit), (expected.id, expected.name, expected.unit));
         assert_eq!((format, shape), (expected.format, expected.shape));
     }
@@ -124,7 +126,7 @@ fn data_types_are_the_catalogue_and_the_devices_own() {
 /// What a host has learned about a device by asking.
 struct Catalogue {
     modules: Vec<&'static str>,
-    types: Vec<DataTypeText<'static>>,
+    types: Vec<DataTypeDescription<'static>>,
 }
 
 impl Catalogue {
@@ -144,7 +146,7 @@ impl Catalogue {
 
     fn command(&self, row: &scheme::Row<'_>, served: &mut ServedDevice) -> Command {
         if row.word(1) == scheme::ENGINE {
-            let command = EngineCommand::of(row.word(2)).unwrap();
+            let command = EngineCommand::from_name(row.word(2)).unwrap();
             let module = command.needs_module.then(|| self.module(row.word(3)));
             return command.with(module).unwrap();
         }
@@ -155,17 +157,17 @@ impl Catalogue {
         Command::set(module, index, self.value(&parameter, row.word(3)))
     }
 
-    fn value(&self, parameter: &ParameterText<'_>, word: &str) -> Value {
+    fn value(&self, parameter: &ParameterDescription<'_>, word: &str) -> Value {
         match &parameter.accepts {
-            Accepted::Real { .. } => Value::Real(word.parse().unwrap()),
-            Accepted::Count { .. } => Value::Count(word.parse().unwrap()),
-            Accepted::Flag => Value::Flag(word == "ON"),
-            Accepted::Choice(names) => {
+            ParameterTypeDescription::Real { .. } => Value::Real(word.parse().unwrap()),
+            ParameterTypeDescription::Count { .. } => Value::Count(word.parse().unwrap()),
+            ParameterTypeDescription::Flag => Value::Flag(word == "ON"),
+            ParameterTypeDescription::Choice(names) => {
                 let index = names.iter().position(|name| *name == word).unwrap();
                 Value::Choice(u8::try_from(index).unwrap())
             }
-            Accepted::Integer { .. } => Value::Integer(word.parse().unwrap()),
-            Accepted::Types => {
+            ParameterTypeDescription::Integer { .. } => Value::Integer(word.parse().unwrap()),
+            ParameterTypeDescription::Types => {
                 let found = self.types.iter().find(|data_type| data_type.name == word).unwrap();
                 Value::Type(TypeRef { id: found.id, number: 1 })
             }
@@ -178,7 +180,7 @@ fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
     for side in SIDES {
         let mut served = ServedDevice::new();
         let catalogue = Catalogue::learn(&mut served);
-        for row in scheme::rows(SCHEME).filter(|row| row.is_for(side, SIDES).unwrap()) {
+        for row in scheme::rows(SCHEME).filter(|row| row.applies_to(side, SIDES).unwrap()) {
             let command = catalogue.command(&row, &mut served);
             assert_eq!(served.command(command).refused, None, "line {} on the {side}", row.line());
         }
@@ -204,7 +206,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let mut served = ServedDevice::new();
     let pd = module("PDCTRL_MOD");
     let effect = served.command(Command::PlugIn(pd));
-    let wanted = Finding::NoProvider { signal: types::DES_POSITION.first(), reader: Endpoint::Module(pd) };
+    let wanted = Finding::NoWriter { signal: types::DES_POSITION.first(), reader: Endpoint::Module(pd) };
     assert_eq!(
         effect,
         Effect {

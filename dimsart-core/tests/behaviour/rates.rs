@@ -41,7 +41,7 @@ fn alone(module: ModuleRef, every_ticks: u8, period_s: f32, seed: u64) -> Option
     let (measured, bindings) = surroundings(module);
     let axes = &[AxisKind::Linear; DOF];
     let device = DeviceDescriptor::new("bench", axes, period_s, measured.leak(), &[]).unwrap();
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap();
     for (port, signal) in bindings {
         dimsart.command(Command::bind(module, port, signal)).unwrap();
     }
@@ -218,7 +218,7 @@ const MEASURED: Types = &[types::POSITION, types::CH2_WAVES, types::FAR_POSITION
 /// The scheme on a device of this period, each module at its own rate.
 fn scheme(modules: &[&str], period_s: f32, rates: &[u8]) -> (Bench, Vec<String>) {
     let device = DeviceDescriptor::new("bench", &[AxisKind::Rotary; DOF], period_s, MEASURED, &[]).unwrap();
-    let mut bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
+    let mut bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap() };
     for (rows, every_ticks) in modules.iter().zip(rates) {
         let name = rows.split(' ').next().unwrap();
         bench.rows(&format!("{rows}\n{name} EVERY_TICKS {every_ticks}\nMOD_ENG MOD_ON {name}"));
@@ -328,7 +328,7 @@ fn modules_that_need_one_another_share_their_ticks() {
         }
         let engine = bench.dimsart.engine();
         let module = |place: usize| ALL.module(&format!("SUM_MOD.{}", place + 2)).unwrap();
-        let rates: Vec<_> = (0..8).map(|place| engine.rate_of(module(place)).unwrap()).collect();
+        let rates: Vec<_> = (0..8).map(|place| engine.module_rate(module(place)).unwrap()).collect();
         for (place, needed) in needs.iter().enumerate() {
             for other in needed {
                 let (one, other) = (rates[place], rates[*other]);
@@ -366,7 +366,7 @@ fn what_does_not_run_in_every_tick_is_reported_with_how_old_its_signals_get() {
         bench.findings(),
         ["PCTRL_MOD.3 writes DES_FORCE.3 every 20 ticks: readers get values up to 19 ticks old"]
     );
-    let rate = bench.dimsart.engine().rate_of(ALL.module("PCTRL_MOD.3").unwrap()).unwrap();
+    let rate = bench.dimsart.engine().module_rate(ALL.module("PCTRL_MOD.3").unwrap()).unwrap();
     assert_eq!(rate.every_ticks, 20);
     // It can be read, and is reset with the other parameters.
     let module = ALL.module("PCTRL_MOD.3").unwrap();

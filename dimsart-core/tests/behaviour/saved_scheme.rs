@@ -6,8 +6,8 @@ use crate::common::{self, Bench, words};
 use dimsart_core::KindId;
 
 use dimsart_core::{
-    Accepts, Command, CommandError, Context, Dimsart, EVERY_TICKS, Entries, Module, ModuleRef, Parameters,
-    TypeRef, Unit, Value, types, words,
+    Command, CommandError, Context, Dimsart, EVERY_TICKS, Module, ModuleRef, ParameterShape, ParameterType,
+    Parameters, TypeRef, Unit, Value, types, words,
 };
 use dimsart_link::saved_scheme::{
     LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
@@ -33,16 +33,16 @@ fn any_signal(random: &mut Pcg32) -> TypeRef {
     TypeRef { id: found.id, number: 1 + small(random, 3) }
 }
 
-fn any_value(accepts: Accepts, random: &mut Pcg32) -> Value {
+fn any_value(accepts: ParameterType, random: &mut Pcg32) -> Value {
     let unit = f32::from(u16::try_from(random.next_u32() >> 16).unwrap()) / 65_536.0;
     match accepts {
         // Small, so that the following ticks stay finite.
-        Accepts::Real { min, max } => Value::Real(min + unit * (max.min(2.0 + min.max(0.0)) - min)),
-        Accepts::Count { min, max } => Value::Count(min + below(random, (max - min).min(30) + 1)),
-        Accepts::Integer { min, max } => Value::Integer(if below(random, 2) == 0 { min } else { max }),
-        Accepts::Flag => Value::Flag(below(random, 2) == 1),
-        Accepts::Choice(names) => Value::Choice(small(random, u32::try_from(names.len()).unwrap())),
-        Accepts::Types => Value::Type(any_signal(random)),
+        ParameterType::Real { min, max } => Value::Real(min + unit * (max.min(2.0 + min.max(0.0)) - min)),
+        ParameterType::Count { min, max } => Value::Count(min + below(random, (max - min).min(30) + 1)),
+        ParameterType::Integer { min, max } => Value::Integer(if below(random, 2) == 0 { min } else { max }),
+        ParameterType::Flag => Value::Flag(below(random, 2) == 1),
+        ParameterType::Choice(names) => Value::Choice(small(random, u32::try_from(names.len()).unwrap())),
+        ParameterType::Types => Value::Type(any_signal(random)),
     }
 }
 
@@ -62,10 +62,10 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
             let place = |random: &mut Pcg32, count: usize| small(random, u32::try_from(count).unwrap());
             // All values of a large matrix exceed the size of a saved scheme.
             let entry = match parameter.entries {
-                entries if entries.are_matrix() => {
+                entries if entries.is_matrix() => {
                     Some(place(random, entries.count(u8::try_from(dof).unwrap()).into()))
                 }
-                Entries::AXES if below(random, 2) == 0 => Some(place(random, dof)),
+                ParameterShape::AXES if below(random, 2) == 0 => Some(place(random, dof)),
                 _ => None,
             };
             let value = any_value(parameter.accepts, random);

@@ -3,7 +3,7 @@
 
 use crate::common::Bench;
 use dimsart_core::scheme::{self, RowError, SchemeError, SourceLocation};
-use dimsart_core::{Accepts, CommandError, ModuleRef, ParameterError, Value, types};
+use dimsart_core::{CommandError, ModuleRef, ParameterError, ParameterType, Value, types};
 use dimsart_modules::ALL;
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
@@ -28,7 +28,7 @@ fn module(name: &str) -> ModuleRef {
 }
 
 /// Invalid value of this parameter, with the accepted values.
-fn value(name: &str, parameter: &str, accepts: Accepts) -> RowError {
+fn value(name: &str, parameter: &str, accepts: ParameterType) -> RowError {
     let module = module(name);
     let parameter = ALL.parameter(module.kind, parameter).unwrap();
     let found = ALL.describe_parameter(module.kind, parameter).unwrap();
@@ -47,10 +47,10 @@ fn entry(value: RowError) -> RowError {
 #[test]
 fn what_is_wrong_is_named_with_its_place() {
     let pd = module("PDCTRL_MOD");
-    let transformer = value("WTRANSF_MOD", "FORM", Accepts::Choice(&["SPLIT", "IMPLICIT", "PRINTED"]));
-    let stiffness = value("PDCTRL_MOD", "K_PARAM", Accepts::Real { min: 0.0, max: 1e6 });
-    let ticks = value("TIMEDELAY_MOD", "TD_PARAM", Accepts::Count { min: 0, max: 60_000 });
-    let switch = value("PDCTRL_MOD", "LAW_OUTPUT", Accepts::Flag);
+    let transformer = value("WTRANSF_MOD", "FORM", ParameterType::Choice(&["SPLIT", "IMPLICIT", "PRINTED"]));
+    let stiffness = value("PDCTRL_MOD", "K_PARAM", ParameterType::Real { min: 0.0, max: 1e6 });
+    let ticks = value("TIMEDELAY_MOD", "TD_PARAM", ParameterType::Count { min: 0, max: 60_000 });
+    let switch = value("PDCTRL_MOD", "LAW_OUTPUT", ParameterType::Flag);
     let cases = [
         ("boss MOD_ENG STOP", 1, "boss", RowError::Destination),
         ("m&s& MOD_ENG STOP", 1, "m&s&", RowError::Destination),
@@ -153,7 +153,7 @@ fn a_row_is_for_the_sides_it_names() {
     for (destination, expected) in cases {
         let text = format!("{destination} MOD_ENG STOP");
         let row = scheme::rows(&text).next().unwrap();
-        let found = [0, 1].map(|side| row.is_for(SIDES[side], SIDES).unwrap());
+        let found = [0, 1].map(|side| row.applies_to(SIDES[side], SIDES).unwrap());
         assert_eq!(found, *expected, "{destination}");
     }
 }
@@ -208,12 +208,12 @@ fn every_module_parameter_and_port_can_be_named_in_a_scheme() {
         for index in 0.. {
             let Some(parameter) = ALL.describe_parameter(kind, index) else { break };
             let value = match parameter.accepts {
-                Accepts::Real { min, max } => 1.0_f32.clamp(min, max).to_string(),
-                Accepts::Count { max, .. } => max.to_string(),
-                Accepts::Integer { max, .. } => max.to_string(),
-                Accepts::Flag => "ON".to_owned(),
-                Accepts::Choice(names) => (*names.last().unwrap()).to_owned(),
-                Accepts::Types => "POSITION".to_owned(),
+                ParameterType::Real { min, max } => 1.0_f32.clamp(min, max).to_string(),
+                ParameterType::Count { max, .. } => max.to_string(),
+                ParameterType::Integer { max, .. } => max.to_string(),
+                ParameterType::Flag => "ON".to_owned(),
+                ParameterType::Choice(names) => (*names.last().unwrap()).to_owned(),
+                ParameterType::Types => "POSITION".to_owned(),
             };
             rows += &format!("all {} {} {value}\n", known.name, parameter.name);
         }

@@ -3,7 +3,7 @@
 
 use dimsart_core::{
     AxisKind, Command, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveState, Format, FrameError,
-    OutputLimits, ProvidedMemory, Reason, Shape, TickResult, Unit, Word, types,
+    OutputLimits, ProvidedMemory, SafetyReason, Shape, TickResult, Unit, Word, types,
 };
 use dimsart_modules::ALL;
 use proptest::prelude::*;
@@ -29,9 +29,12 @@ struct Arm {
 
 impl Arm {
     fn new() -> Self {
-        let mut dimsart =
-            Dimsart::new(ProvidedMemory::leaked(), device().with_output_limits(&[LIMITS]).unwrap(), ALL)
-                .unwrap();
+        let mut dimsart = Dimsart::new(
+            ProvidedMemory::leak_default(),
+            device().with_output_limits(&[LIMITS]).unwrap(),
+            ALL,
+        )
+        .unwrap();
         let p = dimsart_modules::ALL.module("PCTRL_MOD").unwrap();
         dimsart.command(Command::bind(p, 1, types::POSITION.first())).unwrap();
         dimsart.command(Command::bind(p, 0, types::POSITION.first())).unwrap();
@@ -89,7 +92,7 @@ proptest! {
         for _ in 0..ticks {
             prop_assert_eq!(arm.tick(), refusal);
             prop_assert_eq!(arm.position_in_data_base(), before.clone());
-            prop_assert_eq!(arm.dimsart.safety().reason(), Reason::MeasurementRefused);
+            prop_assert_eq!(arm.dimsart.safety().reason(), SafetyReason::MeasurementRefused);
         }
         prop_assert_eq!(arm.dimsart.safety().state(), DriveState::Fault);
         arm.dimsart.command(Command::Reset).unwrap();
@@ -127,12 +130,12 @@ fn what_is_beyond_the_range_is_refused_after_a_reset_too() {
 #[test]
 fn while_nothing_moves_a_jump_costs_one_tick() {
     let mut arm = Arm::new();
-    arm.dimsart.allow_motion(false);
+    arm.dimsart.set_motion_allowed(false);
     assert_eq!(arm.tick(), TickResult::Disarmed);
     arm.position_m = [2.0; DOF];
     assert_eq!(arm.tick(), arm.refusal(0));
     assert_eq!(arm.tick(), TickResult::Disarmed);
-    arm.dimsart.allow_motion(true);
+    arm.dimsart.set_motion_allowed(true);
     assert_eq!(arm.tick(), TickResult::Ran);
 }
 

@@ -109,7 +109,8 @@ fn a_slow_signal_keeps_its_frequency() {
 fn a_generator_never_waits_however_long_the_sample_period() {
     use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart};
     let device = DeviceDescriptor::new("slow", &[AxisKind::Linear], 1e9, &[], &[]).unwrap();
-    let mut bench: Bench = Bench { dimsart: Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap() };
+    let mut bench: Bench =
+        Bench { dimsart: Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap() };
     bench.run(
         "SIGGEN_MOD FORM STEP\nSIGGEN_MOD AMPLITUDE 1\nSIGGEN_MOD FREQUENCY 10000\nMOD_ENG MOD_ON SIGGEN_MOD",
     );

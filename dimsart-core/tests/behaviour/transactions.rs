@@ -6,7 +6,8 @@ mod any_scheme;
 mod random;
 
 use dimsart_core::{
-    Command, CommandError, DriveState, Reason, Scalar as _, TickResult, Word, limits::MAX_MODULES, types,
+    Command, CommandError, DriveState, SafetyReason, Scalar as _, TickResult, Word, limits::MAX_MODULES,
+    types,
 };
 
 use crate::common::{Bench, Snapshot};
@@ -309,13 +310,13 @@ fn arming_is_a_beginning() {
         PIDCTRL_MOD D_PARAM 1
         MOD_ENG MOD_ON PIDCTRL_MOD";
     let mut armed = Joint::new(ROWS).bench;
-    armed.dimsart.allow_motion(false);
+    armed.dimsart.set_motion_allowed(false);
     for _ in 0..60_000 {
         let (tick, commanded) = armed.try_tick(&crate::common::words(&[0.0, 1.0]));
         assert_eq!((tick, &commanded[..]), (TickResult::Disarmed, &[Word(0)][..]));
     }
     assert!(armed.signal("DES_FORCE")[0] > 5_000.0, "no windup");
-    armed.dimsart.allow_motion(true);
+    armed.dimsart.set_motion_allowed(true);
     let mut started = Joint::new(ROWS).bench;
     for tick in 0..500_u16 {
         let measured = [f32::from(tick) * 1e-3, 1.0];
@@ -323,9 +324,9 @@ fn arming_is_a_beginning() {
         assert_eq!(armed.bits("SIGNAL_OUT"), started.bits("SIGNAL_OUT"), "{tick}");
         assert_eq!(armed.bits("SIGNAL_OUT.2"), started.bits("SIGNAL_OUT.2"), "{tick}");
     }
-    assert_eq!(armed.dimsart.safety().reason(), Reason::None);
+    assert_eq!(armed.dimsart.safety().reason(), SafetyReason::None);
     // No effect if already allowed.
-    armed.dimsart.allow_motion(true);
+    armed.dimsart.set_motion_allowed(true);
     assert_eq!(armed.tick(&[0.5, 1.0]), started.tick(&[0.5, 1.0]));
 }
 

@@ -5,7 +5,7 @@ use dimsart_core::Packet;
 use dimsart_link::auth;
 use dimsart_link::carrier::{can, can_fd, stream};
 use dimsart_link::protocol::{
-    Gate, Heartbeat, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request,
+    AccessControl, Heartbeat, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request,
     RequestSealer, Sample, encode_heartbeat, encode_request, encode_sample, request_id,
 };
 
@@ -44,7 +44,8 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
     };
     examples.push(("telemetry, stream", encode_sample(&sample, &mut out).unwrap().to_vec()));
 
-    let (key, line, full) = (auth::Key::new(b"sixteen byte key"), auth::Line::Link(0), auth::Profile::Full);
+    let (key, line, full) =
+        (auth::Key::new(b"sixteen byte key"), auth::KeyDomain::Link(0), auth::Profile::Full);
     let mut opener = auth::Opener::new(&key, line, full, 0x123, 1);
     let mut sealer = auth::Sealer::new(&key, line, full, 0x123, 2);
     let mut open = |content: &[u8]| {
@@ -53,10 +54,10 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
     };
     let hello = sealer.handshake().unwrap().to_vec();
     let challenge = open(&hello);
-    assert!(sealer.take(&challenge));
+    assert!(sealer.receive(&challenge));
     let proof = sealer.handshake().unwrap().to_vec();
     let taken = open(&proof);
-    assert!(sealer.take(&taken));
+    assert!(sealer.receive(&taken));
     examples.extend([("hello", hello), ("challenge", challenge), ("proof", proof), ("taken", taken)]);
     examples.push(("packet, authenticated", sealer.seal(&content, &mut out).unwrap().to_vec()));
     examples.extend(authenticated_can_frames(&key, &content));
@@ -66,11 +67,11 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
 
 /// Examples with a tag.
 fn authenticated_can_frames(key: &auth::Key, content: &[u8]) -> [(&'static str, Vec<u8>); 3] {
-    let (line, short) = (auth::Line::Link(0), auth::Profile::Short);
+    let (line, short) = (auth::KeyDomain::Link(0), auth::Profile::Short);
     let mut opener = auth::Opener::new(key, line, short, 0x123, 1);
     let mut sealer = auth::Sealer::new(key, line, short, 0x123, 2);
     opener.open(sealer.handshake().unwrap(), &mut [0; 256]).unwrap();
-    assert!(sealer.take(opener.handshake().unwrap()));
+    assert!(sealer.receive(opener.handshake().unwrap()));
     let mut sealed = [0; 256];
     let sealed = sealer.seal(content, &mut sealed).unwrap();
     let frames: Vec<_> = can::frames(sealed, 0x123).unwrap().map(|frame| frame.to_vec()).collect();
@@ -80,14 +81,14 @@ fn authenticated_can_frames(key: &auth::Key, content: &[u8]) -> [(&'static str, 
 
 /// For a board that has just answered.
 fn sealed_request(request: &Request, key: &auth::Key) -> Vec<u8> {
-    let (mut gate, mut sealer) = (Gate::locked(key, 1), RequestSealer::new(key, 2));
+    let (mut gate, mut sealer) = (AccessControl::locked(key, 1), RequestSealer::new(key, 2));
     let mut frame = [0; MAX_FRAME_BYTES];
     let hello = sealer.handshake(&mut frame).unwrap().unwrap();
-    Receiver::new().take_all(hello, |content| {
-        gate.take(content);
+    Receiver::new().push_all(hello, |content| {
+        gate.check(content);
     });
     let challenge = gate.handshake(&mut frame).unwrap().unwrap();
-    Receiver::new().take_all(challenge, |content| assert!(sealer.take(content)));
+    Receiver::new().push_all(challenge, |content| assert!(sealer.receive(content)));
     sealer.encode(request, request_id(7, 1), &mut frame).unwrap().unwrap().to_vec()
 }
 

@@ -1,7 +1,7 @@
 //! One side of an authenticated link between two controllers.
 
 use super::handshake::Handshake;
-use super::line::Line;
+use super::line::KeyDomain;
 use super::opener::{AuthError, Opener, handshake, plain};
 use super::sealer::Sealer;
 use super::tag::{Key, Profile};
@@ -15,7 +15,7 @@ pub const SESSION_HOLD_MS: u32 = 5;
 
 /// Seals outgoing messages and opens incoming ones.
 #[derive(Debug)]
-pub struct Guard {
+pub struct SecureChannel {
     sealer: Sealer,
     opener: Opener,
     /// Time of the last accepted message.
@@ -26,12 +26,12 @@ pub struct Guard {
     answers: Pace,
 }
 
-impl Guard {
+impl SecureChannel {
     /// Creates a guard without a session, for channel 0 in both directions.
     ///
     /// `seed` as for [`Sealer::new`] and [`Opener::new`]; the two sides need different seeds.
     #[must_use]
-    pub fn new(key: &Key, line: Line, profile: Profile, seed: u64) -> Self {
+    pub fn new(key: &Key, line: KeyDomain, profile: Profile, seed: u64) -> Self {
         Self {
             sealer: Sealer::new(key, line, profile, 0, seed),
             opener: Opener::new(key, line, profile, 0, seed),
@@ -120,8 +120,8 @@ impl Guard {
 
     /// Returns whether a session exists, so that messages can be sealed.
     #[must_use]
-    pub fn is_answered(&self) -> bool {
-        self.sealer.is_answered()
+    pub fn has_session(&self) -> bool {
+        self.sealer.has_session()
     }
 }
 

@@ -25,9 +25,9 @@ pub(super) enum Handshake {
     /// From a sealer, replying to a challenge: its nonce again, so that an opener need not store hellos.
     Proof { sealer: u64, tag: [u8; TAG_BYTES] },
     /// From an opener, replying to a proof.
-    Taken { tag: [u8; TAG_BYTES] },
+    SessionAccepted { tag: [u8; TAG_BYTES] },
     /// From an opener that cannot open a message: requests a hello.
-    Question,
+    HelloRequest,
     /// Of an unknown version.
     Unknown,
 }
@@ -59,8 +59,8 @@ impl Handshake {
             HELLO => Some(Self::Hello { sealer: u64::from_le_bytes(rest.try_into().ok()?) }),
             CHALLENGE => nonce_and_tag().map(|(opener, tag)| Self::Challenge { opener, tag }),
             PROOF => nonce_and_tag().map(|(sealer, tag)| Self::Proof { sealer, tag }),
-            TAKEN => Some(Self::Taken { tag: rest.try_into().ok()? }),
-            QUESTION => rest.is_empty().then_some(Self::Question),
+            TAKEN => Some(Self::SessionAccepted { tag: rest.try_into().ok()? }),
+            QUESTION => rest.is_empty().then_some(Self::HelloRequest),
             _ => None,
         }
     }
@@ -80,11 +80,11 @@ impl Handshake {
                 *rest.first_chunk_mut()? = tag;
                 (if matches!(self, Self::Proof { .. }) { PROOF } else { CHALLENGE }, 8 + TAG_BYTES)
             }
-            Self::Taken { tag } => {
+            Self::SessionAccepted { tag } => {
                 *rest.first_chunk_mut()? = tag;
                 (TAKEN, TAG_BYTES)
             }
-            Self::Question => (QUESTION, 0),
+            Self::HelloRequest => (QUESTION, 0),
             Self::Unknown => return None,
         };
         *place = u32::from(kind).to_le_bytes();

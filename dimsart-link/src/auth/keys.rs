@@ -1,6 +1,6 @@
 //! Key derivation for one line: a key per role, and a key per session.
 
-use super::line::Line;
+use super::line::KeyDomain;
 use super::tag::{ContentKey, Key, TAG_BYTES};
 
 /// The two nonces of a session, one from each end. No two sessions have the same pair.
@@ -18,20 +18,20 @@ pub(super) enum Statement {
     /// The sealer answers the challenge.
     Proof,
     /// The opener accepts the session.
-    Taken,
+    SessionAccepted,
 }
 
 /// The keys of both ends of one line. Their expanded key schedules are not stored: they take 22 times the
 /// memory and are not needed per message.
 #[derive(Debug)]
 pub(super) struct LineKeys {
-    line: Line,
+    line: KeyDomain,
     sealer: Key,
     opener: Key,
 }
 
 impl LineKeys {
-    pub(super) fn new(key: &Key, line: Line) -> Self {
+    pub(super) fn new(key: &Key, line: KeyDomain) -> Self {
         let of = |role| key.derive(role, &line.to_bytes());
         Self { line, sealer: of("sealer"), opener: of("opener") }
     }
@@ -51,7 +51,7 @@ impl LineKeys {
         let (key, label) = match statement {
             Statement::Challenge => (&self.opener, "challenge"),
             Statement::Proof => (&self.sealer, "proof"),
-            Statement::Taken => (&self.opener, "taken"),
+            Statement::SessionAccepted => (&self.opener, "taken"),
         };
         key.derive(label, &context(channel, nonces)).first_bytes()
     }

@@ -2,9 +2,9 @@
 
 use super::handshake::{Handshake, MAX_BYTES};
 use super::keys::{LineKeys, Nonces, Statement};
-use super::line::Line;
+use super::line::KeyDomain;
 use super::tag::{ContentKey, Key, Profile, is_same};
-use dimsart_core::envelope::{Class, EnvelopeError, TAGGED, close, parse, verify};
+use dimsart_core::envelope::{AUTHENTICATED_FLAG, Class, EnvelopeError, append_crc, parse, verify};
 
 /// Reasons why a message was rejected. The session is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl Opener {
     /// `seed` must differ at every start of this end while the key is in use: a random number, or a stored
     /// counter. With a repeated seed, messages from an earlier start could be replayed.
     #[must_use]
-    pub fn new(key: &Key, line: Line, profile: Profile, channel: u16, seed: u64) -> Self {
+    pub fn new(key: &Key, line: KeyDomain, profile: Profile, channel: u16, seed: u64) -> Self {
         let keys = LineKeys::new(key, line);
         let nonce = keys.opener_nonce(seed, 0);
         let (session, greeted_by, owes_taken) = (None, None, false);
@@ -89,13 +89,13 @@ impl Opener {
     /// Returns the answer to a proof.
     pub(super) fn taken_on(&mut self, channel: u16) -> Option<&[u8]> {
         let session = self.session.as_ref().filter(|_| core::mem::take(&mut self.owes_taken))?;
-        let tag = self.keys.tag(Statement::Taken, self.channel, session.nonces);
-        Handshake::Taken { tag }.write(channel, &mut self.handshake)
+        let tag = self.keys.tag(Statement::SessionAccepted, self.channel, session.nonces);
+        Handshake::SessionAccepted { tag }.write(channel, &mut self.handshake)
     }
 
     /// Requests a hello from the sealer that receives on `channel`.
     pub(super) fn question_on(&mut self, channel: u16) -> Option<&[u8]> {
-        Handshake::Question.write(channel, &mut self.handshake)
+        Handshake::HelloRequest.write(channel, &mut self.handshake)
     }
 
     pub(super) fn owes_challenge(&self) -> bool {
@@ -186,7 +186,7 @@ impl Opener {
 
 /// Decodes the handshake in a content, if it is one; `None` for a tagged content.
 pub(super) fn handshake(covered: &[u8]) -> Result<Option<Handshake>, AuthError> {
-    if covered.first().is_none_or(|class| class & TAGGED != 0) {
+    if covered.first().is_none_or(|class| class & AUTHENTICATED_FLAG != 0) {
         return Ok(None);
     }
     let found = parse(covered).map_err(AuthError::Envelope)?;
@@ -202,7 +202,7 @@ pub(super) fn plain<'o>(channel: u16, sealed: &[u8], out: &'o mut [u8]) -> Resul
     let no_room = AuthError::Envelope(EnvelopeError::Length { bytes: length });
     out.get_mut(..length).ok_or(no_room)?.copy_from_slice(sealed);
     if let Some(class) = out.first_mut() {
-        *class &= !TAGGED;
+        *class &= !AUTHENTICATED_FLAG;
     }
-    close(channel, length, out).ok_or(no_room)
+    append_crc(channel, length, out).ok_or(no_room)
 }

@@ -2,10 +2,10 @@
 
 use super::handshake::{Handshake, MAX_BYTES};
 use super::keys::{LineKeys, Nonces, Statement};
-use super::line::Line;
+use super::line::KeyDomain;
 use super::opener::AuthError;
 use super::tag::{ContentKey, Key, Profile, TAG_BYTES, is_same};
-use dimsart_core::envelope::{CRC_BYTES, TAGGED, close};
+use dimsart_core::envelope::{AUTHENTICATED_FLAG, CRC_BYTES, append_crc};
 
 /// The sending end of a channel.
 #[derive(Debug)]
@@ -40,7 +40,7 @@ impl Sealer {
     /// `seed` must differ at every start of this end while the key is in use: a random number, or a stored
     /// counter. With a repeated seed, a challenge to an earlier start could be replayed.
     #[must_use]
-    pub fn new(key: &Key, line: Line, profile: Profile, channel: u16, seed: u64) -> Self {
+    pub fn new(key: &Key, line: KeyDomain, profile: Profile, channel: u16, seed: u64) -> Self {
         let keys = LineKeys::new(key, line);
         let nonce = keys.sealer_nonce(seed, 0);
         let handshake = [0; MAX_BYTES];
@@ -50,7 +50,7 @@ impl Sealer {
 
     /// Returns the handshake to send before the next message, if any: a hello for each message that could not
     /// be sealed, or a proof until the opener acknowledges one. Call before every [`seal`](Self::seal) and
-    /// after every [`take`](Self::take).
+    /// after every [`receive`](Self::receive).
     pub fn handshake(&mut self) -> Option<&[u8]> {
         if self.owes_proof { self.proof() } else { self.hello() }
     }
@@ -69,12 +69,12 @@ impl Sealer {
 
     /// Processes a message from the opener; returns whether it is an authentic answer to this sealer's
     /// handshake.
-    pub fn take(&mut self, content: &[u8]) -> bool {
+    pub fn receive(&mut self, content: &[u8]) -> bool {
         let said = Handshake::open(content, self.channel);
         said.is_some_and(|said| self.hear(said) == Ok(true))
     }
 
-    /// Like [`take`](Self::take), for a content without its (valid) CRC.
+    /// Like [`receive`](Self::receive), for a content without its (valid) CRC.
     ///
     /// # Errors
     /// [`AuthError::Tag`] for an answer with another key.
@@ -86,17 +86,17 @@ impl Sealer {
     pub(super) fn hear(&mut self, handshake: Handshake) -> Result<bool, AuthError> {
         match handshake {
             Handshake::Challenge { opener, tag } => self.answer(opener, tag)?,
-            Handshake::Taken { tag } => {
+            Handshake::SessionAccepted { tag } => {
                 let session = self.session.as_mut().ok_or(AuthError::Tag)?;
                 if !session.is_taken {
-                    let right = self.keys.tag(Statement::Taken, self.channel, session.nonces);
+                    let right = self.keys.tag(Statement::SessionAccepted, self.channel, session.nonces);
                     session.is_taken = is_same(&tag, &right).then_some(true).ok_or(AuthError::Tag)?;
                     self.owes_proof = false;
                 }
             }
             _ => {
                 // Unauthenticated: answered without changing state.
-                self.owes_hello |= handshake == Handshake::Question;
+                self.owes_hello |= handshake == Handshake::HelloRequest;
                 return Ok(false);
             }
         }
@@ -139,7 +139,7 @@ impl Sealer {
         self.owes_proof
     }
 
-    pub(crate) fn is_answered(&self) -> bool {
+    pub(crate) fn has_session(&self) -> bool {
         self.session.is_some()
     }
 
@@ -166,7 +166,7 @@ impl Sealer {
         let length = content.len().checked_sub(CRC_BYTES)?;
         let (covered, rest) = out.split_at_mut_checked(length)?;
         covered.copy_from_slice(content.get(..length)?);
-        *covered.first_mut()? |= TAGGED;
+        *covered.first_mut()? |= AUTHENTICATED_FLAG;
 
         let freshness = session.freshness.checked_add(1)?;
         let tag = session.key.tag(self.channel, freshness, covered);
@@ -176,6 +176,6 @@ impl Sealer {
         place.copy_from_slice(tag.get(..place.len())?);
 
         session.freshness = freshness;
-        close(self.channel, length + self.profile.overhead(), out)
+        append_crc(self.channel, length + self.profile.overhead(), out)
     }
 }

@@ -3,7 +3,7 @@
 use dimsart_cmac::{Cmac, KEY_BYTES};
 use heapless::Vec;
 
-use super::line::Line;
+use super::line::KeyDomain;
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 
 /// Maximum number of tag bytes sent.
@@ -52,7 +52,7 @@ impl Key {
 #[derive(Clone)]
 pub(super) struct ContentKey {
     cipher: Cmac,
-    line: Line,
+    line: KeyDomain,
 }
 
 impl core::fmt::Debug for ContentKey {
@@ -62,7 +62,7 @@ impl core::fmt::Debug for ContentKey {
 }
 
 impl ContentKey {
-    pub(super) fn new(key: &Key, line: Line) -> Self {
+    pub(super) fn new(key: &Key, line: KeyDomain) -> Self {
         Self { cipher: key.cipher(), line }
     }
 

@@ -23,7 +23,7 @@
 use heapless::Vec;
 
 use dimsart_core::checksum::CRC_8;
-use dimsart_core::envelope::{CRC_BYTES, Class, HEADER_BYTES, TAGGED, close, verify};
+use dimsart_core::envelope::{AUTHENTICATED_FLAG, CRC_BYTES, Class, HEADER_BYTES, append_crc, verify};
 
 /// Maximum data of a classic CAN frame, bytes.
 pub const MAX_DATA_BYTES: usize = 8;
@@ -61,7 +61,7 @@ pub fn frames(content: &[u8], channel: u16) -> Option<Frames<'_>> {
     let covered = verify(content, channel).ok()?;
     let (&[class, low, high], payload) = covered.split_first_chunk::<HEADER_BYTES>()?;
     let number = u16::from_le_bytes([low, high]);
-    let is_packet = class & !TAGGED == PACKET && number != 0;
+    let is_packet = class & !AUTHENTICATED_FLAG == PACKET && number != 0;
     let is_handshake = class == HANDSHAKE && number == 0;
     if !is_packet && !is_handshake {
         return None;
@@ -88,7 +88,7 @@ pub fn frames(content: &[u8], channel: u16) -> Option<Frames<'_>> {
 
 /// Returns the number of frames with a head, by class and counter.
 fn head_frames(class: u8, number: u16) -> u8 {
-    if class & TAGGED != 0 && number != 0 { TAGGED_HEAD_FRAMES } else { HEAD_FRAMES }
+    if class & AUTHENTICATED_FLAG != 0 && number != 0 { TAGGED_HEAD_FRAMES } else { HEAD_FRAMES }
 }
 
 /// The data of a packet's frames, in sending order. See [`frames`].
@@ -170,7 +170,7 @@ impl Assembler {
     /// Like [`new`](Self::new), for authenticated packets.
     #[must_use]
     pub const fn authenticated() -> Self {
-        Self::of_class(PACKET | TAGGED)
+        Self::of_class(PACKET | AUTHENTICATED_FLAG)
     }
 
     const fn of_class(class: u8) -> Self {
@@ -179,7 +179,7 @@ impl Assembler {
     }
 
     /// Adds a frame received on a channel; returns the packet or handshake that it completes, if any.
-    pub fn take(&mut self, data: &[u8], channel: u16) -> Option<&[u8]> {
+    pub fn push(&mut self, data: &[u8], channel: u16) -> Option<&[u8]> {
         if self.add(data, channel).is_none() {
             self.dropped = self.dropped.saturating_add(1);
             return None;
@@ -197,7 +197,7 @@ impl Assembler {
         let class = if self.counter == 0 { HANDSHAKE } else { self.class };
         let [low, high] = self.counter.to_le_bytes();
         *self.buffer.first_chunk_mut()? = [class, low, high];
-        close(self.channel, HEADER_BYTES + length, &mut self.buffer)
+        append_crc(self.channel, HEADER_BYTES + length, &mut self.buffer)
     }
 
     /// Returns the number of dropped frames (saturating).

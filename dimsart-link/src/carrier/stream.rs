@@ -50,7 +50,7 @@ impl StreamReceiver {
     }
 
     /// Adds a byte; returns the content that it completes, if any. The CRC is not checked.
-    pub fn take(&mut self, byte: u8) -> Option<&[u8]> {
+    pub fn push(&mut self, byte: u8) -> Option<&[u8]> {
         match self.state.feed(byte) {
             Ok(DecodeResult::NoData) => None,
             Ok(DecodeResult::DataStart) => {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use dimsart_core::{Finding, Reason, TickResult};
+use dimsart_core::{Finding, SafetyReason, TickResult};
 
 /// The reason why the scheme does not command the device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -18,9 +18,9 @@ pub enum NotCommandedReason {
 impl NotCommandedReason {
     /// Returns the reason's number and texts.
     #[must_use]
-    pub const fn reason(&self) -> Reason {
+    pub const fn reason(&self) -> SafetyReason {
         match self {
-            Self::Mismatch(_) => Reason::Stopped,
+            Self::Mismatch(_) => SafetyReason::Stopped,
             Self::Tick(tick) => tick.reason(),
         }
     }

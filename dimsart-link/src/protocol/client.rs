@@ -12,7 +12,7 @@ pub fn request_id(client: u8, number: u8) -> u16 {
 
 /// Returns the client that sent a request.
 #[must_use]
-pub fn client_of(id: u16) -> u8 {
+pub fn request_client(id: u16) -> u8 {
     let [_, client] = id.to_le_bytes();
     client
 }

@@ -22,12 +22,12 @@ pub struct Identity<'a> {
 
 /// A kind of module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ModuleText<'a> {
+pub struct ModuleDescription<'a> {
     /// Name in schemes.
     pub name: &'a str,
 }
 
-impl From<&ModuleKind> for ModuleText<'static> {
+impl From<&ModuleKind> for ModuleDescription<'static> {
     fn from(kind: &ModuleKind) -> Self {
         Self { name: kind.name }
     }
@@ -35,7 +35,7 @@ impl From<&ModuleKind> for ModuleText<'static> {
 
 /// A module instance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct InstanceText {
+pub struct InstanceDescription {
     /// The module.
     pub module: ModuleRef,
     /// Position in the plug-in order, from 0; `None` if it is not plugged in.

@@ -10,7 +10,7 @@ use super::response::Response;
 use super::telemetry::{MAX_TELEMETRY_SIGNALS, Sample, Stream, Wanted};
 use crate::event_log::{Event, EventKind, EventLog};
 use dimsart_core::{
-    DataBase, Dimsart, Engine, FaultCause, FrameError, ModuleFault, Reason, TickResult, Timing,
+    DataBase, Dimsart, Engine, FaultCause, FrameError, ModuleFault, SafetyReason, TickResult, Timing,
 };
 
 const LEASES_PER_S: u32 = 5;
@@ -33,7 +33,7 @@ pub struct DeviceInfo<const STREAMS: usize = 1> {
     patience_ticks: u32,
     pub(super) events: Option<&'static EventLog>,
     /// Last reason that was logged as an [event](EventLog); `None` after a reset of a fault.
-    reason: Option<Reason>,
+    reason: Option<SafetyReason>,
     failed: u32,
     /// Number of the last event of the board's CAN bus.
     bus: u8,
@@ -58,7 +58,7 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
             lease: Lease::new(0),
             patience_ticks: 0,
             events: None,
-            reason: Some(Reason::Stopped),
+            reason: Some(SafetyReason::Stopped),
             failed: 0,
             bus: EventKind::BusRejoined as u8,
             answer_law: refuse_law,
@@ -80,7 +80,7 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
 
     /// Enables telemetry and requires a lease of 200 ms for motion.
     #[must_use]
-    pub const fn for_clients(self, tick_hz: u32) -> Self {
+    pub const fn with_client_lease(self, tick_hz: u32) -> Self {
         let patience_ticks = tick_hz.saturating_mul(PATIENCE_S);
         Self { lease: Lease::new(tick_hz / LEASES_PER_S), patience_ticks, ..self }
     }
@@ -92,14 +92,14 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
 
     /// Logs an event of the board's CAN bus by the number of its [`EventKind`], unless it is the last one
     /// again.
-    pub fn log_bus(&mut self, what: u8) {
+    pub fn log_bus_event(&mut self, what: u8) {
         if core::mem::replace(&mut self.bus, what) != what {
             self.log(Event::of(what));
         }
     }
 
     /// Begins a tick and advances the lease. Returns whether motion is permitted in this tick, for
-    /// [`Dimsart::allow_motion`](dimsart_core::Dimsart::allow_motion).
+    /// [`Dimsart::set_motion_allowed`](dimsart_core::Dimsart::set_motion_allowed).
     #[must_use]
     pub fn begin_tick(&mut self) -> bool {
         self.lease.tick()
@@ -120,14 +120,14 @@ impl<const STREAMS: usize> DeviceInfo<STREAMS> {
         self.ticks = self.ticks.saturating_add(1);
         let (reason, failed) = (Some(tick.reason()), dimsart.engine().failed());
         if (reason, failed) != (self.reason, self.failed) {
-            let faults = dimsart.engine().faults_of(failed & !self.failed);
+            let faults = dimsart.engine().module_faults(failed & !self.failed);
             self.log_tick(tick, faults);
             (self.reason, self.failed) = (reason, failed);
         }
         self.blocked = (!matches!(tick, TickResult::Ran)).then_some(NotCommandedReason::Tick(tick));
         // An armed client waits for a link's first packet: a peer that starts later is no fault.
         let reason = tick.reason();
-        if reason.is_fault() && reason != Reason::LinkDown {
+        if reason.is_fault() && reason != SafetyReason::LinkDown {
             // After a fault, motion needs a reset and a new lease.
             self.lease.end();
             let first = FirstFault { tick: self.ticks, reason: NotCommandedReason::Tick(tick) };

@@ -14,24 +14,24 @@ pub(super) const CHANNEL: u16 = 0;
 /// The buffer is too small for the frame; [`MAX_FRAME_BYTES`] are always enough.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct NoRoom;
+pub struct BufferTooSmall;
 
-impl core::fmt::Display for NoRoom {
+impl core::fmt::Display for BufferTooSmall {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "buffer too small for the frame: {MAX_FRAME_BYTES} bytes are always enough")
     }
 }
 
-impl core::error::Error for NoRoom {}
+impl core::error::Error for BufferTooSmall {}
 
 /// Errors in the content of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DecodeError {
     /// A response where a request is expected, or the reverse.
-    OtherClass,
+    UnexpectedClass,
     /// Intact, but of a different protocol version.
-    NotUnderstood {
+    Unsupported {
         /// The frame's id.
         id: u16,
     },
@@ -40,10 +40,10 @@ pub enum DecodeError {
 impl core::fmt::Display for DecodeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::OtherClass => {
+            Self::UnexpectedClass => {
                 write!(f, "unexpected frame: a response instead of a request, or the reverse")
             }
-            Self::NotUnderstood { id } => {
+            Self::Unsupported { id } => {
                 write!(f, "cannot decode frame {id}: compare both sides' protocol versions")
             }
         }
@@ -57,7 +57,7 @@ pub(super) enum EncodeError {
     /// The payload exceeds [`MAX_CONTENT_BYTES`].
     TooLong,
     /// The frame does not fit the buffer.
-    NoRoom,
+    BufferTooSmall,
 }
 
 /// Encodes a frame into `out`; returns its length.
@@ -71,7 +71,7 @@ pub(super) fn encode(
     let room = buffer.get_mut(HEADER_BYTES..MAX_CONTENT_BYTES - CRC_BYTES);
     let payload = room.and_then(|room| encode_into(payload, room));
     let length = payload.ok_or(EncodeError::TooLong)?.len();
-    seal_frame(class, id, length, &mut buffer, out).ok_or(EncodeError::NoRoom)
+    seal_frame(class, id, length, &mut buffer, out).ok_or(EncodeError::BufferTooSmall)
 }
 
 /// Encodes the frame of the payload at [`HEADER_BYTES`] of `buffer` into `out`; returns its length.
@@ -96,12 +96,12 @@ pub(super) fn decode<'c, T: Deserialize<'c>>(
     class: Class,
     content: &'c [u8],
 ) -> Result<(u16, T), DecodeError> {
-    let envelope = parse(content).map_err(|_| DecodeError::OtherClass)?;
+    let envelope = parse(content).map_err(|_| DecodeError::UnexpectedClass)?;
     if envelope.class != class {
-        return Err(DecodeError::OtherClass);
+        return Err(DecodeError::UnexpectedClass);
     }
     match postcard::take_from_bytes(envelope.payload) {
         Ok((value, [])) => Ok((envelope.counter, value)),
-        _ => Err(DecodeError::NotUnderstood { id: envelope.counter }),
+        _ => Err(DecodeError::Unsupported { id: envelope.counter }),
     }
 }

@@ -10,29 +10,29 @@
 //! never sees it. A sealed request cannot be forged, changed or replayed. An attacker who controls the line
 //! can delay a sealed request until the board accepts a later one: the seal contains no time.
 
-use super::frame::{CHANNEL, DecodeError, NoRoom};
+use super::frame::{BufferTooSmall, CHANNEL, DecodeError};
 use super::key::{KeyRefusal, KeyState};
 use super::request::{Request, decode_request};
-use crate::auth::{AuthError, Key, Line, Opener, Profile};
+use crate::auth::{AuthError, Key, KeyDomain, Opener, Profile};
 use crate::carrier::stream;
-use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, TAGGED};
+use dimsart_core::envelope::{AUTHENTICATED_FLAG, Class, HEADER_BYTES, MAX_CONTENT_BYTES};
 
 /// A received message after the check.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum GateOutcome {
+pub enum AccessOutcome {
     /// An accepted request with its id.
     Request(u16, Request),
     /// A refused request with its id and the reason.
     Refused(u16, KeyRefusal),
     /// An unknown request with its id.
-    NotUnderstood(u16),
-    /// No response except a [handshake](Gate::handshake), if any.
+    Unsupported(u16),
+    /// No response except a [handshake](AccessControl::handshake), if any.
     Nothing,
 }
 
 /// Checks requests against the board's key.
 #[derive(Debug)]
-pub struct Gate {
+pub struct AccessControl {
     state: State,
 }
 
@@ -44,7 +44,7 @@ enum State {
     Locked(Opener),
 }
 
-impl Gate {
+impl AccessControl {
     /// Creates the gate of a board without a key.
     #[must_use]
     pub const fn open() -> Self {
@@ -61,7 +61,7 @@ impl Gate {
     /// a different one.
     #[must_use]
     pub fn locked(key: &Key, seed: u64) -> Self {
-        Self { state: State::Locked(Opener::new(key, Line::Commands, Profile::Full, CHANNEL, seed)) }
+        Self { state: State::Locked(Opener::new(key, KeyDomain::Commands, Profile::Full, CHANNEL, seed)) }
     }
 
     /// Returns the state of the key.
@@ -75,9 +75,9 @@ impl Gate {
     }
 
     /// Checks the content of a frame.
-    pub fn take(&mut self, content: &[u8]) -> GateOutcome {
+    pub fn check(&mut self, content: &[u8]) -> AccessOutcome {
         let Some((&[class, low, high], _)) = content.split_first_chunk::<HEADER_BYTES>() else {
-            return GateOutcome::Nothing;
+            return AccessOutcome::Nothing;
         };
         if class != SEALED_REQUEST && class != Class::Handshake as u8 {
             return self.admit(content);
@@ -90,9 +90,9 @@ impl Gate {
         match opened {
             Ok(Some(sealed)) => request(sealed),
             Err(_) if class == SEALED_REQUEST => {
-                GateOutcome::Refused(u16::from_le_bytes([low, high]), self.refusal())
+                AccessOutcome::Refused(u16::from_le_bytes([low, high]), self.refusal())
             }
-            Ok(None) | Err(_) => GateOutcome::Nothing,
+            Ok(None) | Err(_) => AccessOutcome::Nothing,
         }
     }
 
@@ -105,22 +105,22 @@ impl Gate {
     /// Writes the frame of the pending handshake to `out`; `None` if there is none. Call after every frame.
     ///
     /// # Errors
-    /// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
-    pub fn handshake<'o>(&mut self, out: &'o mut [u8]) -> Result<Option<&'o [u8]>, NoRoom> {
+    /// [`BufferTooSmall`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+    pub fn handshake<'o>(&mut self, out: &'o mut [u8]) -> Result<Option<&'o [u8]>, BufferTooSmall> {
         let State::Locked(opener) = &mut self.state else { return Ok(None) };
         let Some(handshake) = opener.handshake() else { return Ok(None) };
-        stream::encode(handshake, out).map(Some).ok_or(NoRoom)
+        stream::encode(handshake, out).map(Some).ok_or(BufferTooSmall)
     }
 
     /// Checks an unsealed request.
-    fn admit(&self, content: &[u8]) -> GateOutcome {
+    fn admit(&self, content: &[u8]) -> AccessOutcome {
         match decode_request(content) {
             Ok((id, request)) if request.needs_key() && !matches!(self.state, State::Open) => {
                 let refusal = match self.state {
                     State::Damaged => KeyRefusal::Damaged,
                     _ => KeyRefusal::Locked,
                 };
-                GateOutcome::Refused(id, refusal)
+                AccessOutcome::Refused(id, refusal)
             }
             decoded => taken(decoded),
         }
@@ -135,23 +135,23 @@ impl Gate {
     }
 }
 
-const SEALED_REQUEST: u8 = Class::Request as u8 | TAGGED;
+const SEALED_REQUEST: u8 = Class::Request as u8 | AUTHENTICATED_FLAG;
 
 /// Decodes a sealed request.
-fn request(sealed: &[u8]) -> GateOutcome {
+fn request(sealed: &[u8]) -> AccessOutcome {
     let mut buffer = [0; MAX_CONTENT_BYTES];
-    let Some(content) = buffer.get_mut(..sealed.len()) else { return GateOutcome::Nothing };
+    let Some(content) = buffer.get_mut(..sealed.len()) else { return AccessOutcome::Nothing };
     content.copy_from_slice(sealed);
     if let Some(class) = content.first_mut() {
-        *class &= !TAGGED;
+        *class &= !AUTHENTICATED_FLAG;
     }
     taken(decode_request(content))
 }
 
-fn taken(decoded: Result<(u16, Request), DecodeError>) -> GateOutcome {
+fn taken(decoded: Result<(u16, Request), DecodeError>) -> AccessOutcome {
     match decoded {
-        Ok((id, request)) => GateOutcome::Request(id, request),
-        Err(DecodeError::NotUnderstood { id }) => GateOutcome::NotUnderstood(id),
-        Err(DecodeError::OtherClass) => GateOutcome::Nothing,
+        Ok((id, request)) => AccessOutcome::Request(id, request),
+        Err(DecodeError::Unsupported { id }) => AccessOutcome::Unsupported(id),
+        Err(DecodeError::UnexpectedClass) => AccessOutcome::Nothing,
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::blocked::{FirstFault, NotCommandedReason};
-use super::frame::{DecodeError, NoRoom, decode, encode};
+use super::frame::{BufferTooSmall, DecodeError, decode, encode};
 use super::lease::LeaseStatus;
 use dimsart_core::envelope::Class;
 
@@ -33,14 +33,14 @@ pub struct Heartbeat {
 /// Encodes the frame of a heartbeat into `out`; `counter` counts heartbeats.
 ///
 /// # Errors
-/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+/// [`BufferTooSmall`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
 pub fn encode_heartbeat<'o>(
     heartbeat: &Heartbeat,
     counter: u16,
     out: &'o mut [u8],
-) -> Result<&'o [u8], NoRoom> {
-    let length = encode(Class::Heartbeat, counter, heartbeat, out).map_err(|_| NoRoom)?;
-    out.get(..length).ok_or(NoRoom)
+) -> Result<&'o [u8], BufferTooSmall> {
+    let length = encode(Class::Heartbeat, counter, heartbeat, out).map_err(|_| BufferTooSmall)?;
+    out.get(..length).ok_or(BufferTooSmall)
 }
 
 /// Decodes counter and heartbeat from a frame's content.

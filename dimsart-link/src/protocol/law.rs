@@ -4,7 +4,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::refusal::Refusal;
-use super::response::{MAX_SIGNAL_WORDS, Response, SignalText};
+use super::response::{MAX_SIGNAL_WORDS, Response, SignalWords};
 use dimsart_core::{Engine, Format, Unit};
 
 /// Requests about programs.
@@ -40,13 +40,13 @@ pub(super) fn answer_law(engine: &Engine, action: LawAction) -> Response<'static
 
 /// The same for a controller without laws.
 pub(super) fn refuse_law(_: &Engine, _: LawAction) -> Response<'static> {
-    Response::Refused(Refusal::NotUnderstood)
+    Response::Refused(Refusal::Unsupported)
 }
 
-pub(super) fn text_of(words: &[u32], from: u16, format: Format, unit: Unit) -> Option<SignalText> {
+pub(super) fn text_of(words: &[u32], from: u16, format: Format, unit: Unit) -> Option<SignalWords> {
     let rest = words.get(usize::from(from)..)?;
     let wanted = rest.get(..MAX_SIGNAL_WORDS).unwrap_or(rest);
-    Some(SignalText {
+    Some(SignalWords {
         format,
         unit,
         total_words: u16::try_from(words.len()).unwrap_or(u16::MAX),

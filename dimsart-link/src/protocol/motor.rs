@@ -9,7 +9,7 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use dimsart_core::Reason;
+use dimsart_core::SafetyReason;
 use dimsart_core::checksum::CRC;
 
 /// Maximum number of words in a configuration.
@@ -59,11 +59,11 @@ pub struct MotorReport {
     /// Layout of the words.
     pub layout: u16,
     /// Whether the words were stored, rather than the image's.
-    pub is_kept: bool,
+    pub is_stored: bool,
     /// Why the stored configuration is not in use, or may be outdated.
     pub fallback: Option<MotorFallback>,
     /// Whether the next start uses a different configuration.
-    pub waits: bool,
+    pub is_restart_pending: bool,
     /// The configuration.
     pub words: MotorWords,
 }
@@ -129,7 +129,7 @@ pub enum IdentificationFailure {
     DidNotMove,
     /// The rotation does not match a whole number of pole pairs.
     Slipped,
-    /// Fault of the drive: the number of a [`Reason`](dimsart_core::Reason).
+    /// Fault of the drive: the number of a [`SafetyReason`](dimsart_core::SafetyReason).
     Drive(u8),
     /// Dead time or back-EMF changes the current by more than a quarter. Contains the minimum current, in 0.1
     /// A.
@@ -164,7 +164,7 @@ impl core::fmt::Display for IdentificationFailure {
                 "the measured rotation does not match a whole number of pole pairs: \
                  remove the load or request a higher current",
             ),
-            Self::Drive(number) => match Reason::by_number(*number) {
+            Self::Drive(number) => match SafetyReason::from_number(*number) {
                 Some(reason) => write!(f, "{reason}"),
                 None => write!(f, "unknown drive fault {number}"),
             },

@@ -34,17 +34,17 @@ impl Receiver {
     ///
     /// The content goes to [`decode_request`](super::decode_request),
     /// [`decode_response`](super::decode_response) or [`answer`](super::answer).
-    pub fn take(&mut self, byte: u8) -> Option<&[u8]> {
-        let content = check(self.stream.take(byte)?);
+    pub fn push(&mut self, byte: u8) -> Option<&[u8]> {
+        let content = check(self.stream.push(byte)?);
         let counter = if content.is_some() { &mut self.frames } else { &mut self.refused };
         *counter = counter.saturating_add(1);
         content
     }
 
     /// Adds bytes; calls `on_frame` with the content of every valid frame.
-    pub fn take_all(&mut self, bytes: &[u8], mut on_frame: impl FnMut(&[u8])) {
+    pub fn push_all(&mut self, bytes: &[u8], mut on_frame: impl FnMut(&[u8])) {
         for byte in bytes {
-            if let Some(content) = self.take(*byte) {
+            if let Some(content) = self.push(*byte) {
                 on_frame(content);
             }
         }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::key::KeyRefusal;
 use super::motor::MotorRefusal;
 use super::schemes::StoreError;
-use dimsart_core::{CommandError, Reason, TooManyChoices};
+use dimsart_core::{CommandError, SafetyReason, TooManyChoices};
 
 /// Why a request was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -13,7 +13,7 @@ use dimsart_core::{CommandError, Reason, TooManyChoices};
 #[non_exhaustive]
 pub enum Refusal {
     /// Unknown request.
-    NotUnderstood,
+    Unsupported,
     /// No item has this index or number; the end of a list.
     NotFound,
     /// The response does not fit a frame.
@@ -34,7 +34,7 @@ pub enum Refusal {
     },
     /// Refused because of the board's key.
     Key(KeyRefusal),
-    /// A fault is latched; motion needs a reset. Contains the number of a [`Reason`].
+    /// A fault is latched; motion needs a reset. Contains the number of a [`SafetyReason`].
     Fault(u8),
     /// Refused by the board's motor.
     Motor(MotorRefusal),
@@ -49,7 +49,7 @@ impl From<TooManyChoices> for Refusal {
 impl core::fmt::Display for Refusal {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::NotUnderstood => write!(
+            Self::Unsupported => write!(
                 f,
                 "unknown request: the device uses another protocol version. \
                  Flash an image of this version, or use the `dimsart` that the device's image was built with"
@@ -74,7 +74,7 @@ impl core::fmt::Display for Refusal {
                 )
             }
             Self::Fault(number) => {
-                let name = Reason::by_number(*number).map_or("unknown reason", Reason::name);
+                let name = SafetyReason::from_number(*number).map_or("unknown reason", SafetyReason::name);
                 write!(f, "fault latched ({name}): remove the cause (see `faults`), then `reset`")
             }
             Self::Telemetry { client } => {

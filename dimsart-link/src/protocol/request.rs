@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::LawAction;
-use super::frame::{DecodeError, NoRoom, decode, encode};
+use super::frame::{BufferTooSmall, DecodeError, decode, encode};
 use super::{KeyAction, LeaseAction, MotorAction, SchemeAction};
 use dimsart_core::envelope::Class;
 use dimsart_core::{Command, KindId, ModuleRef, TypeRef};
@@ -57,7 +57,7 @@ pub enum Request {
         module: ModuleRef,
         /// Index of the parameter.
         parameter: u8,
-        /// Index of the value if the parameter has [several](dimsart_core::Entries), or 0.
+        /// Index of the value if the parameter has [several](dimsart_core::ParameterShape), or 0.
         entry: u8,
     },
     /// Words of a signal, from the last tick.
@@ -203,10 +203,10 @@ impl Request {
 /// [`request_id`](super::request_id).
 ///
 /// # Errors
-/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
-pub fn encode_request<'o>(request: &Request, id: u16, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
-    let length = encode(Class::Request, id, request, out).map_err(|_| NoRoom)?;
-    out.get(..length).ok_or(NoRoom)
+/// [`BufferTooSmall`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+pub fn encode_request<'o>(request: &Request, id: u16, out: &'o mut [u8]) -> Result<&'o [u8], BufferTooSmall> {
+    let length = encode(Class::Request, id, request, out).map_err(|_| BufferTooSmall)?;
+    out.get(..length).ok_or(BufferTooSmall)
 }
 
 /// Decodes id and request from a frame's content.

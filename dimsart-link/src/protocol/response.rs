@@ -3,12 +3,14 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use dimsart_core::{Accepted, BoundReport, DataTypeText, ParameterText, PortDescription};
+use dimsart_core::{
+    BoundReport, DataTypeDescription, ParameterDescription, ParameterTypeDescription, PortDescription,
+};
 
 use super::blocked::{FirstFault, NotCommandedReason};
 use super::cycles::CyclesReport;
-use super::description::{Identity, InstanceText, ModuleText};
-use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
+use super::description::{Identity, InstanceDescription, ModuleDescription};
+use super::frame::{BufferTooSmall, DecodeError, EncodeError, decode, encode};
 use super::key::KeyState;
 use super::lease::LeaseStatus;
 use super::motor::{Identification, MotorReport};
@@ -36,15 +38,15 @@ pub enum Response<'a> {
     #[serde(borrow)]
     Identity(Identity<'a>),
     /// A kind of module.
-    Module(ModuleText<'a>),
+    Module(ModuleDescription<'a>),
     /// A parameter.
-    Parameter(ParameterText<'a>),
+    Parameter(ParameterDescription<'a>),
     /// A port.
     Port(PortDescription<'a>),
     /// A data type.
-    DataType(DataTypeText<'a>),
+    DataType(DataTypeDescription<'a>),
     /// A module instance.
-    Instance(InstanceText),
+    Instance(InstanceDescription),
     /// A signal in the data base.
     Entry(TypeRef),
     /// Effect of a command.
@@ -52,7 +54,7 @@ pub enum Response<'a> {
     /// Value of a parameter; of a list, its last entry.
     Value(Value),
     /// Words of a signal or memory.
-    Signal(SignalText),
+    Signal(SignalWords),
     /// A finding of the matching check.
     Finding {
         /// The finding.
@@ -110,7 +112,7 @@ impl Response<'_> {
             Self::Identity(Identity { device, image, protocol_version: _, axes: _, sample_period_s: _ }) => {
                 [device, image].into_iter().for_each(|text| each(text, false));
             }
-            Self::Module(ModuleText { name })
+            Self::Module(ModuleDescription { name })
             | Self::Port(PortDescription {
                 name,
                 direction: _,
@@ -119,8 +121,10 @@ impl Response<'_> {
                 default: _,
                 bound: _,
             })
-            | Self::DataType(DataTypeText { id: _, name, unit: _, format: _, shape: _ }) => each(name, true),
-            Self::Parameter(ParameterText {
+            | Self::DataType(DataTypeDescription { id: _, name, unit: _, format: _, shape: _ }) => {
+                each(name, true)
+            }
+            Self::Parameter(ParameterDescription {
                 name,
                 accepts,
                 unit: _,
@@ -130,12 +134,12 @@ impl Response<'_> {
             }) => {
                 each(name, true);
                 match accepts {
-                    Accepted::Choice(names) => names.iter().for_each(|name| each(name, true)),
-                    Accepted::Real { .. }
-                    | Accepted::Count { .. }
-                    | Accepted::Integer { .. }
-                    | Accepted::Flag
-                    | Accepted::Types => {}
+                    ParameterTypeDescription::Choice(names) => names.iter().for_each(|name| each(name, true)),
+                    ParameterTypeDescription::Real { .. }
+                    | ParameterTypeDescription::Count { .. }
+                    | ParameterTypeDescription::Integer { .. }
+                    | ParameterTypeDescription::Flag
+                    | ParameterTypeDescription::Types => {}
                 }
             }
             Self::Refused(_)
@@ -181,7 +185,7 @@ pub struct Effect {
 
 /// Words of a signal or memory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SignalText {
+pub struct SignalWords {
     /// Format of every word.
     pub format: Format,
     /// Physical unit.
@@ -240,14 +244,18 @@ impl From<Timing> for TimingReport {
 /// [`Refusal::TooLong`].
 ///
 /// # Errors
-/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
-pub fn encode_response<'o>(response: &Response<'_>, id: u16, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
+/// [`BufferTooSmall`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+pub fn encode_response<'o>(
+    response: &Response<'_>,
+    id: u16,
+    out: &'o mut [u8],
+) -> Result<&'o [u8], BufferTooSmall> {
     let length = match encode(Class::Response, id, response, out) {
         Err(EncodeError::TooLong) => encode(Class::Response, id, &Response::Refused(Refusal::TooLong), out),
         result => result,
     };
-    let length = length.map_err(|_| NoRoom)?;
-    out.get(..length).ok_or(NoRoom)
+    let length = length.map_err(|_| BufferTooSmall)?;
+    out.get(..length).ok_or(BufferTooSmall)
 }
 
 /// Decodes id and response from a frame's content; texts are borrowed from it.

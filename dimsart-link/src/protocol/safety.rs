@@ -8,7 +8,7 @@ use dimsart_core::Safety;
 /// Maximum number of reasons in a report.
 pub const MAX_REASONS: usize = 16;
 
-/// Decisions of the [safety stage](Safety). The numbers are those of [`Reason`](dimsart_core::Reason); an
+/// Decisions of the [safety stage](Safety). The numbers are those of [`SafetyReason`](dimsart_core::SafetyReason); an
 /// older host may not know all of them.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SafetyReport {

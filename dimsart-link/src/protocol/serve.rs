@@ -4,15 +4,15 @@ use heapless::Vec;
 
 use super::PROTOCOL_VERSION;
 use super::blocked::NotCommandedReason;
-use super::client::{NO_CLIENT, client_of};
-use super::description::{Identity, InstanceText};
+use super::client::{NO_CLIENT, request_client};
+use super::description::{Identity, InstanceDescription};
 use super::device_info::DeviceInfo;
-use super::frame::{DecodeError, NoRoom};
+use super::frame::{BufferTooSmall, DecodeError};
 use super::law::text_of;
 use super::lease::LeaseAction;
 use super::refusal::Refusal;
 use super::request::{Request, decode_request};
-use super::response::{Effect, Response, SignalText, Status, encode_response};
+use super::response::{Effect, Response, SignalWords, Status, encode_response};
 use super::schemes::StoreError;
 use super::telemetry::Wanted;
 use crate::event_log::{Event, EventKind};
@@ -44,22 +44,22 @@ pub fn serve_content<const STREAMS: usize>(
 ) -> Option<(u16, Response<'static>)> {
     match decode_request(content) {
         Ok((id, request)) => Some((id, serve(id, &request, dimsart, info))),
-        Err(DecodeError::NotUnderstood { id }) => Some((id, Response::Refused(Refusal::NotUnderstood))),
-        Err(DecodeError::OtherClass) => None,
+        Err(DecodeError::Unsupported { id }) => Some((id, Response::Refused(Refusal::Unsupported))),
+        Err(DecodeError::UnexpectedClass) => None,
     }
 }
 
 /// Like [`serve_content`], but encodes the frame of the response into `out`.
 ///
 /// # Errors
-/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough. The request was
+/// [`BufferTooSmall`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough. The request was
 /// executed nevertheless.
 pub fn answer<'o, const STREAMS: usize>(
     content: &[u8],
     dimsart: &mut Dimsart,
     info: &mut DeviceInfo<STREAMS>,
     out: &'o mut [u8],
-) -> Result<Option<&'o [u8]>, NoRoom> {
+) -> Result<Option<&'o [u8]>, BufferTooSmall> {
     let Some((id, response)) = serve_content(content, dimsart, info) else { return Ok(None) };
     encode_response(&response, id, out).map(Some)
 }
@@ -71,7 +71,7 @@ fn respond<const STREAMS: usize>(
     info: &mut DeviceInfo<STREAMS>,
 ) -> Result<Response<'static>, Refusal> {
     if request.changes_device() {
-        info.lease.check(client_of(id))?;
+        info.lease.check(request_client(id))?;
     }
     let (refused_ticks, state) = (dimsart.refused_ticks(), dimsart.safety().state());
     let engine = dimsart.engine_mut();
@@ -123,7 +123,7 @@ fn respond<const STREAMS: usize>(
         Request::Timing => Response::Timing(found(info.timing)?.into()),
         Request::Schemes(_) => {
             if request.changes_device() {
-                let _ = info.lease.handle(client_of(id), LeaseAction::Renew);
+                let _ = info.lease.handle(request_client(id), LeaseAction::Renew);
             }
             return Err(Refusal::Store(StoreError::NoStorage));
         }
@@ -136,7 +136,7 @@ fn respond<const STREAMS: usize>(
         }
         Request::Bound => Response::Bound(found(engine.bound())?),
         Request::Motor(action) => {
-            info.lease.admit_motor(action, client_of(id), engine.is_running())?;
+            info.lease.admit_motor(action, request_client(id), engine.is_running())?;
             return Err(Refusal::NotFound);
         }
         Request::Restart => {
@@ -146,12 +146,12 @@ fn respond<const STREAMS: usize>(
             });
         }
         // `serve` handles laws.
-        Request::Key(_) | Request::Law(_) => return Err(Refusal::NotUnderstood),
+        Request::Key(_) | Request::Law(_) => return Err(Refusal::Unsupported),
         Request::Cycles { .. } => return Err(Refusal::NotFound),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {
             return Err(Refusal::Fault(dimsart.safety().reason().number()));
         }
-        Request::Lease(action) => Response::Lease(info.lease.handle(client_of(id), action)?),
+        Request::Lease(action) => Response::Lease(info.lease.handle(request_client(id), action)?),
         Request::Telemetry { place, signal, every_ticks } => {
             let wanted = Wanted { id, place, signal, every_ticks };
             Response::Telemetry { words: info.send(wanted, engine.data_base())? }
@@ -177,10 +177,10 @@ fn identity<const STREAMS: usize>(
     }
 }
 
-fn instance(engine: &Engine, index: u8) -> Option<InstanceText> {
+fn instance(engine: &Engine, index: u8) -> Option<InstanceDescription> {
     let module = engine.instances().nth(usize::from(index))?;
-    let place = engine.position_of(module).and_then(|place| u8::try_from(place).ok());
-    Some(InstanceText { module, place })
+    let place = engine.plug_in_position(module).and_then(|place| u8::try_from(place).ok());
+    Some(InstanceDescription { module, place })
 }
 
 fn carry_out<const STREAMS: usize>(
@@ -226,7 +226,7 @@ fn blocked<const STREAMS: usize>(engine: &Engine, info: &DeviceInfo<STREAMS>) ->
 }
 
 /// Returns as many words of a slot as fit, starting at `from`.
-fn words(data_base: &DataBase, slot: u8, from: u16) -> Option<SignalText> {
+fn words(data_base: &DataBase, slot: u8, from: u16) -> Option<SignalWords> {
     // A memory has no signal type.
     let meaning = data_base.entry(slot).map(|entry| (entry.data_type.format, entry.data_type.unit));
     let (format, unit) = meaning.unwrap_or((Format::U32, Unit::One));
@@ -248,16 +248,16 @@ mod tests {
 
     fn controller() -> Dimsart {
         let device = DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, &[], &[]);
-        Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ModuleKinds::NONE).unwrap()
+        Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ModuleKinds::NONE).unwrap()
     }
 
     fn content(frame: &[u8]) -> std::vec::Vec<u8> {
         let (mut receiver, mut found) = (Receiver::new(), std::vec::Vec::new());
-        receiver.take_all(frame, |content| found = content.to_vec());
+        receiver.push_all(frame, |content| found = content.to_vec());
         found
     }
 
-    fn send(class: Class, payload: &[u8], out: &mut [u8]) -> Result<std::vec::Vec<u8>, NoRoom> {
+    fn send(class: Class, payload: &[u8], out: &mut [u8]) -> Result<std::vec::Vec<u8>, BufferTooSmall> {
         // A tuple of bytes is encoded as the bytes themselves.
         let mut frame = [0; 300];
         let length = match *payload {
@@ -281,9 +281,9 @@ mod tests {
 
     #[test]
     fn a_request_of_another_version_is_refused_by_name() {
-        assert_eq!(refusal(&[250]), Refusal::NotUnderstood, "unknown");
-        assert_eq!(refusal(&[1]), Refusal::NotUnderstood, "too short");
-        assert_eq!(refusal(&[0, 0]), Refusal::NotUnderstood, "too long");
+        assert_eq!(refusal(&[250]), Refusal::Unsupported, "unknown");
+        assert_eq!(refusal(&[1]), Refusal::Unsupported, "too short");
+        assert_eq!(refusal(&[0, 0]), Refusal::Unsupported, "too long");
     }
 
     #[test]
@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn an_answer_that_fits_no_frame_is_refused_and_a_small_buffer_reported() {
         assert_eq!(refusal(&[0]), Refusal::TooLong);
-        assert_eq!(send(Class::Request, &[0], &mut [0; 8]), Err(NoRoom));
+        assert_eq!(send(Class::Request, &[0], &mut [0; 8]), Err(BufferTooSmall));
     }
 
     #[test]

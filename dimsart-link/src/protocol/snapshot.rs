@@ -28,7 +28,7 @@ const MODULE_FAULT: ModuleFault = ModuleFault {
     module: MODULE,
     cause: FaultCause::InvalidOutput { signal: SIGNAL, word: 2, bits: 0x7F80_0000 },
 };
-const FINDING: Finding = Finding::NoProvider { signal: SIGNAL, reader: Endpoint::Frame };
+const FINDING: Finding = Finding::NoWriter { signal: SIGNAL, reader: Endpoint::Frame };
 
 /// Encodes a value in a frame, checks that it decodes to the same value, and returns the payload.
 fn round_trip<T: Serialize + Deserialize<'static> + PartialEq + Debug>(value: &T) -> String {
@@ -36,7 +36,7 @@ fn round_trip<T: Serialize + Deserialize<'static> + PartialEq + Debug>(value: &T
     let length = encode(Class::Response, 7, value, &mut frame).ok().unwrap();
     let mut receiver = Receiver::new();
     let mut contents = Vec::new();
-    receiver.take_all(&frame[..length], |content| contents.push(content.to_vec()));
+    receiver.push_all(&frame[..length], |content| contents.push(content.to_vec()));
     // Leaked, because texts in the value borrow from it.
     let content = contents.pop().unwrap().leak();
     let (id, decoded) = decode::<T>(Class::Response, content).unwrap();
@@ -76,15 +76,15 @@ fn keys() {
         let mut frame = [0; MAX_FRAME_BYTES];
         let length = encode(Class::Request, 7, &payload, &mut frame).ok().unwrap();
         let mut decoded = Vec::new();
-        Receiver::new().take_all(&frame[..length], |content| decoded.push(decode_request(content)));
-        assert_eq!(decoded, [Err(DecodeError::NotUnderstood { id: 7 })]);
+        Receiver::new().push_all(&frame[..length], |content| decoded.push(decode_request(content)));
+        assert_eq!(decoded, [Err(DecodeError::Unsupported { id: 7 })]);
     }
 }
 
 /// The content without its CRC.
 fn content(frame: &[u8]) -> Vec<u8> {
     let (mut receiver, mut contents) = (Receiver::new(), Vec::new());
-    receiver.take_all(frame, |content| contents.push(content.to_vec()));
+    receiver.push_all(frame, |content| contents.push(content.to_vec()));
     contents.pop().unwrap()
 }
 
@@ -115,7 +115,7 @@ fn heartbeats() {
         let content = content(encode_heartbeat(&heartbeat, 7, &mut [0; MAX_FRAME_BYTES]).unwrap());
         assert_eq!(hex(&content), expected);
         assert_eq!(decode_heartbeat(&content), Ok((7, heartbeat)));
-        assert_eq!(decode_response(&content), Err(DecodeError::OtherClass));
+        assert_eq!(decode_response(&content), Err(DecodeError::UnexpectedClass));
     }
 }
 
@@ -126,8 +126,8 @@ fn samples() {
     let content = content(encode_sample(&sample, &mut [0; MAX_FRAME_BYTES]).unwrap());
     assert_eq!(hex(&content), "04 02 01 04 03 2c 01 00 00 00 00 80 3f 01 00 00 00");
     assert_eq!(decode_sample(&content), Ok(sample));
-    assert_eq!(decode_sample(&content[..11]), Err(DecodeError::NotUnderstood { id: 258 }));
-    assert_eq!(decode_heartbeat(&content), Err(DecodeError::OtherClass));
+    assert_eq!(decode_sample(&content[..11]), Err(DecodeError::Unsupported { id: 258 }));
+    assert_eq!(decode_heartbeat(&content), Err(DecodeError::UnexpectedClass));
 }
 
 #[test]

@@ -9,8 +9,8 @@
 
 use heapless::Vec;
 
-use super::client::{NO_CLIENT, client_of};
-use super::frame::{DecodeError, NoRoom, seal_frame};
+use super::client::{NO_CLIENT, request_client};
+use super::frame::{BufferTooSmall, DecodeError, seal_frame};
 use super::refusal::Refusal;
 use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse};
 use dimsart_core::{DataBase, TypeRef};
@@ -37,8 +37,8 @@ pub struct Sample {
 /// Encodes the frame of a sample into `out`.
 ///
 /// # Errors
-/// [`NoRoom`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
-pub fn encode_sample<'o>(sample: &Sample, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
+/// [`BufferTooSmall`] if `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+pub fn encode_sample<'o>(sample: &Sample, out: &'o mut [u8]) -> Result<&'o [u8], BufferTooSmall> {
     let mut buffer = [0; MAX_CONTENT_BYTES];
     let [id_low, id_high] = sample.id.to_le_bytes();
     let [a, b, c, d] = sample.tick.to_le_bytes();
@@ -49,8 +49,9 @@ pub fn encode_sample<'o>(sample: &Sample, out: &'o mut [u8]) -> Result<&'o [u8],
         *to = from;
         length += 1;
     }
-    let length = seal_frame(Class::Telemetry, sample.counter, length, &mut buffer, out).ok_or(NoRoom)?;
-    out.get(..length).ok_or(NoRoom)
+    let length =
+        seal_frame(Class::Telemetry, sample.counter, length, &mut buffer, out).ok_or(BufferTooSmall)?;
+    out.get(..length).ok_or(BufferTooSmall)
 }
 
 /// Decodes a sample from a frame's content.
@@ -58,12 +59,12 @@ pub fn encode_sample<'o>(sample: &Sample, out: &'o mut [u8]) -> Result<&'o [u8],
 /// # Errors
 /// [`DecodeError`] if it is another message.
 pub fn decode_sample(content: &[u8]) -> Result<Sample, DecodeError> {
-    let envelope = parse(content).map_err(|_| DecodeError::OtherClass)?;
+    let envelope = parse(content).map_err(|_| DecodeError::UnexpectedClass)?;
     if envelope.class != Class::Telemetry {
-        return Err(DecodeError::OtherClass);
+        return Err(DecodeError::UnexpectedClass);
     }
     let counter = envelope.counter;
-    let not_understood = DecodeError::NotUnderstood { id: counter };
+    let not_understood = DecodeError::Unsupported { id: counter };
     let (fixed, words) = envelope.payload.split_first_chunk::<FIXED_BYTES>().ok_or(not_understood)?;
     let [id_low, id_high, a, b, c, d] = *fixed;
     let (words, rest) = words.as_chunks::<4>();
@@ -116,7 +117,7 @@ impl Stream {
         data_base: &DataBase,
     ) -> Result<u8, Refusal> {
         let Wanted { id, signal, every_ticks, .. } = wanted;
-        let [client, holder] = [id, self.id].map(client_of);
+        let [client, holder] = [id, self.id].map(request_client);
         if holder != NO_CLIENT && holder != client {
             return Err(Refusal::Telemetry { client: holder });
         }
@@ -143,7 +144,7 @@ impl Stream {
 
     /// Records activity of a client.
     pub(super) fn hear(&mut self, id: u16, patience_ticks: u32) {
-        if client_of(id) == client_of(self.id) {
+        if request_client(id) == request_client(self.id) {
             self.patience_ticks = patience_ticks;
         }
     }

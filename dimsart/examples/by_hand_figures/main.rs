@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use cycles::timing::{Column, Timing};
 use dimsart::cycles::{Firmware, Setup, UNIT, measure};
 use dimsart_core::{Packet, is_newer};
-use hil_sim::emulated::FOLDER_VARIABLE;
+use hil_sim::emulated::IMAGE_FOLDER_VARIABLE;
 use hil_sim::experiment::Experiment;
 use hil_sim::rig::{Station, TickTrace};
 use hil_sim::rig_file::RigFile;
@@ -21,7 +21,7 @@ const IMAGE: &str = "nucleo-g474re-by-hand";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let given = std::env::args().nth(1).map(PathBuf::from);
-    let collected = || std::env::var_os(FOLDER_VARIABLE).map(|folder| Path::new(&folder).join(IMAGE));
+    let collected = || std::env::var_os(IMAGE_FOLDER_VARIABLE).map(|folder| Path::new(&folder).join(IMAGE));
     let firmware = Firmware::find(given.or_else(collected).as_deref(), None)?;
     let scenario =
         RigFile::from_shipped("bilateral", &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
@@ -78,7 +78,7 @@ fn by_hand(firmware: &Firmware, file: &RigFile, timing: Timing) -> Result<f64, B
         let trace = rig.stations().iter().find_map(Station::trace).ok_or("no trace")?;
         cycles += hand.tick(&trace.measured, newest(trace).as_ref())?.cycles;
         let (_, sent) = trace.sent.first().ok_or("nothing was sent")?;
-        if hand.commanded()? != trace.commanded || !hand.sent(sent)? {
+        if hand.commanded()? != trace.commands || !hand.sent(sent)? {
             return Err(format!("the hand-written master differs in tick {tick}").into());
         }
     }

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::cdr;
-use crate::connect::{TapRow, TapSignal};
+use crate::connect::{SubscribedSignal, SubscriptionRow};
 
 /// A message type: its DDS name and the hash of its definition (REP 2016).
 #[derive(Debug, Clone, Copy)]
@@ -81,13 +81,13 @@ struct KeyValue {
 /// Encodes a row as `JointState`: POSITION, and VELOCITY and FORCE if present, by axis. None without a position.
 pub(super) fn joint_state(
     device: &str,
-    signals: &[TapSignal],
-    row: &TapRow,
+    signals: &[SubscribedSignal],
+    row: &SubscriptionRow,
     now: SystemTime,
 ) -> Option<Vec<u8>> {
     let values = |name: &str| {
         let place = signals.iter().position(|signal| signal.name == name)?;
-        let words = |signals: &[TapSignal]| signals.iter().map(|signal| signal.words).sum::<usize>();
+        let words = |signals: &[SubscribedSignal]| signals.iter().map(|signal| signal.words).sum::<usize>();
         let (first, count) = (words(signals.get(..place)?), signals.get(place)?.words);
         row.values.get(first..first + count).map(<[f64]>::to_vec)
     };
@@ -180,15 +180,15 @@ mod tests {
         bytes.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
-    fn signals(named: &[(&str, usize)]) -> Vec<TapSignal> {
-        named.iter().map(|(name, words)| TapSignal::new(name, "rad", *words, Format::F32)).collect()
+    fn signals(named: &[(&str, usize)]) -> Vec<SubscribedSignal> {
+        named.iter().map(|(name, words)| SubscribedSignal::new(name, "rad", *words, Format::F32)).collect()
     }
 
     /// Expected bytes: encoded by `rosbags` 0.11.
     #[test]
     fn a_joint_state_has_the_bytes_that_another_writer_gives_it() {
         let arm = signals(&[("DES_FORCE", 2), ("POSITION", 2), ("VELOCITY", 2)]);
-        let row = TapRow { tick: 7, values: vec![9.0, 9.0, 0.5, -1.25, 0.125, 2.0] };
+        let row = SubscriptionRow { tick: 7, values: vec![9.0, 9.0, 0.5, -1.25, 0.125, 2.0] };
         let message = joint_state("left-arm", &arm, &row, now()).unwrap();
         assert_eq!(
             hexadecimal(&message),
@@ -197,7 +197,7 @@ mod tests {
          0000c03f000000000000004000000000"
         );
         let axis = signals(&[("POSITION", 1), ("FORCE", 1)]);
-        let row = TapRow { tick: 7, values: vec![0.5, 3.0] };
+        let row = SubscriptionRow { tick: 7, values: vec![0.5, 3.0] };
         let message = joint_state("axis", &axis, &row, now()).unwrap();
         assert_eq!(
             hexadecimal(&message),

@@ -59,7 +59,7 @@ impl Publishing {
             match news.blocking_recv() {
                 Ok(News::Text(text)) => self.text(&text),
                 Ok(News::Rows(rows)) => self.rows(&rows),
-                Ok(News::Cut(_)) => {}
+                Ok(News::Discontinuity(_)) => {}
                 Err(RecvError::Lagged(more)) => {
                     missed += more;
                     self.put("missed", missed.to_string(), Encoding::APPLICATION_JSON);

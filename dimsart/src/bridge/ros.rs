@@ -10,7 +10,7 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::{Session, Wait};
 
 use super::messages::MessageType;
-use super::{BridgeError, Place, failed};
+use super::{BridgeAddress, BridgeError, failed};
 
 /// Reliable, volatile, depth 10; the others are defaults of ROS 2.
 const QUALITY: &str = "::,10:,:,:,,";
@@ -38,7 +38,7 @@ pub(super) struct Topic {
 }
 
 impl Node {
-    pub(super) fn declare(session: &Session, place: &Place) -> Result<Self, BridgeError> {
+    pub(super) fn declare(session: &Session, place: &BridgeAddress) -> Result<Self, BridgeError> {
         let (domain, session_id) = (place.ros_domain, session.zid().to_string());
         let name = format!("{}_bridge", ros_name(&place.prefix));
         let key = format!("@ros2_lv/{domain}/{session_id}/0/0/NN/%/%/{name}");

@@ -81,10 +81,10 @@ fn block(rows: &Rows) -> Option<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::connect::TapRow;
+    use crate::connect::SubscriptionRow;
 
     fn rows(layout: u32, ticks: impl IntoIterator<Item = u32>) -> Rows {
-        let rows = ticks.into_iter().map(|tick| TapRow { tick, values: vec![0.5, -1.0] }).collect();
+        let rows = ticks.into_iter().map(|tick| SubscriptionRow { tick, values: vec![0.5, -1.0] }).collect();
         Rows { station: 0, layout, signals: [].into(), first: 0, lost: 0, rows }
     }
 

@@ -234,7 +234,7 @@ mod tests {
     #[test]
     fn a_stop_behind_a_flood_of_the_same_client_is_passed_on_and_the_flood_is_not_kept() {
         let (near, far) = UnixStream::pair().unwrap();
-        let [line, mut here] = hil_sim::pipe::pair_with_rooms([Duration::from_secs(9); 2], [1, 4]);
+        let [line, mut here] = hil_sim::pipe::pair_with_capacities([Duration::from_secs(9); 2], [1, 4]);
         let client = Connection { stream: far, heard: AtomicU64::new(0), all: Arc::default() };
         thread::scope(|scope| {
             scope.spawn(move || {
@@ -246,7 +246,7 @@ mod tests {
             scope.spawn(|| from_client(&client, line.writer));
             let (mut receiver, mut buffer, mut stops) = (Receiver::new(), [0; 1024], 0);
             while let Ok(count @ 1..) = here.read(&mut buffer) {
-                receiver.take_all(&buffer[..count], |content| stops += usize::from(is_stop(content)));
+                receiver.push_all(&buffer[..count], |content| stops += usize::from(is_stop(content)));
             }
             assert_eq!(stops, 1);
         });

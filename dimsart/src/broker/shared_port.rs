@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use super::listening::{Listening, PATIENCE};
 use super::place::Place;
 use super::{Broker, CLIENT_WAIT, PORT_WAIT, SIMULATED};
-use hil_sim::link::{PortError, Stream, open_waiting};
+use hil_sim::link::{PortError, Stream, open_with_timeout};
 use hil_sim::pipe::Pipe;
 
 pub use super::place::{private_folder, shared_ports};
@@ -29,7 +29,7 @@ const A_MOMENT: Duration = Duration::from_millis(10);
 /// `sim:NAME`. `baud` applies to the first program that opens the port.
 ///
 /// # Errors
-/// As [`open_port`](hil_sim::link::open_port), and [`PortError::NotServed`].
+/// As [`open_port`](hil_sim::link::open_port), and [`PortError::ServerNotFound`].
 pub fn open(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
     let end = End::open(port, baud)?;
     Ok(Box::new(SharedLine { port: port.to_owned(), baud, end }))
@@ -163,9 +163,9 @@ impl End {
         loop {
             if let Some(lock) = place.lock().map_err(failed)? {
                 if port.starts_with(SIMULATED) {
-                    return Err(PortError::NotServed { port: port.to_owned() });
+                    return Err(PortError::ServerNotFound { port: port.to_owned() });
                 }
-                let broker = Broker::new(open_waiting(port, baud, PORT_WAIT)?);
+                let broker = Broker::new(open_with_timeout(port, baud, PORT_WAIT)?);
                 let port = SharedPort::listen(port, broker, &place, lock).map_err(failed)?;
                 let line = port.join().ok_or_else(|| failed(ErrorKind::BrokenPipe.into()))?;
                 return Ok(Self::Here { line, _port: port });

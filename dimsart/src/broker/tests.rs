@@ -40,7 +40,7 @@ impl Write for Port {
         }
         let count = if *most == 0 { bytes.len() } else { bytes.len().min(*most) };
         *is_blocked = *most != 0;
-        receiver.take_all(&bytes[..count], |content| {
+        receiver.push_all(&bytes[..count], |content| {
             if let Ok((id, request)) = decode_request(content) {
                 requests.push(request);
                 let mut frame = [0; MAX_FRAME_BYTES];
@@ -74,7 +74,7 @@ impl Bench {
         let port = Port::default();
         let mut passing = Passing::new(Box::new(port.clone()));
         let mut join = || {
-            let [client, here] = pair_with_rooms([Duration::ZERO; 2], [ROOM, CLIENT_ROOM]);
+            let [client, here] = pair_with_capacities([Duration::ZERO; 2], [MAX_QUEUED_WRITES, CLIENT_ROOM]);
             passing.welcome(here);
             client
         };
@@ -100,7 +100,7 @@ impl Bench {
         for (client, piece) in self.hostile.iter_mut().zip(&pieces) {
             while client.write(piece).is_ok() {}
         }
-        let [client, here] = pair_with_rooms([Duration::ZERO; 2], [ROOM, CLIENT_ROOM]);
+        let [client, here] = pair_with_capacities([Duration::ZERO; 2], [MAX_QUEUED_WRITES, CLIENT_ROOM]);
         self.passing.welcome(here);
         self.hostile[HOSTILE - 1] = client;
     }
@@ -139,7 +139,7 @@ fn the_stop_of_a_ninth_client_goes_out_among_the_next_frames() {
                 answers.extend_from_slice(&buffer[..count]);
             }
             let mut ids = Vec::new();
-            dimsart_link::protocol::Receiver::new().take_all(&answers, |content| {
+            dimsart_link::protocol::Receiver::new().push_all(&answers, |content| {
                 ids.push(decode_response(content).unwrap().0);
             });
             assert!(ids.contains(&900), "it is answered: {ids:?}");

@@ -165,7 +165,7 @@ mod tests {
             let mut buffer = [0; MAX_FRAME_BYTES];
             let frame = encode_request(&request, id, &mut buffer).unwrap();
             let mut content = Vec::new();
-            Receiver::new().take_all(frame, |found| content = found.to_vec());
+            Receiver::new().push_all(frame, |found| content = found.to_vec());
             self.0.add(client, frame.to_vec(), &content);
         }
 
@@ -173,7 +173,7 @@ mod tests {
         fn next(&mut self, after: Duration) -> Option<u16> {
             let frame = self.0.next(self.1 + after)?.bytes;
             let mut id = None;
-            Receiver::new().take_all(&frame, |found| id = Some(decode_request(found).unwrap().0));
+            Receiver::new().push_all(&frame, |found| id = Some(decode_request(found).unwrap().0));
             id
         }
     }

@@ -106,7 +106,7 @@ mod with_zenoh {
     use std::time::Duration;
 
     use super::{Bridge, Ending, ModuleKinds, Write};
-    use crate::bridge::{self, Place};
+    use crate::bridge::{self, BridgeAddress};
     use crate::cli::run::stop_on_interrupt;
     use crate::cli::station::station;
     use crate::page::Station;
@@ -120,27 +120,29 @@ mod with_zenoh {
             let stations = self.ports.iter().map(|port| self.station(port, kinds));
             let stations = stations.collect::<Result<Vec<_>, String>>()?;
             let Self { router, prefix, ros_domain, ports, .. } = self;
-            let bridge =
-                bridge::Bridge::open(&Place { router: router.clone(), prefix, ros_domain }, stations)?;
+            let bridge = bridge::Bridge::open(
+                &BridgeAddress { router: router.clone(), prefix, ros_domain },
+                stations,
+            )?;
             for (port, key) in ports.iter().zip(bridge.keys()) {
                 writeln!(out, "{port} is published as {key} at {router} until Ctrl-C")?;
             }
             out.flush()?;
             let mut had_router = true;
             while !stop.load(Ordering::Relaxed) {
-                let has_router = bridge.has_router();
-                if had_router && !has_router {
-                    bridge.let_go();
+                let is_router_connected = bridge.is_router_connected();
+                if had_router && !is_router_connected {
+                    bridge.release_leases();
                     eprintln!(
                         "dimsart: router {router} disconnected: leases of its clients released, outputs at their safe value"
                     );
-                } else if has_router && !had_router {
+                } else if is_router_connected && !had_router {
                     eprintln!("dimsart: router {router} reconnected");
                 }
-                had_router = has_router;
+                had_router = is_router_connected;
                 thread::sleep(A_MOMENT);
             }
-            bridge.let_go();
+            bridge.release_leases();
             Ok(ExitCode::SUCCESS)
         }
 

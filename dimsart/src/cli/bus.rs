@@ -118,7 +118,7 @@ impl Bus {
                  `dimsart run {name}` simulates the rig's own buses; `dimsart check {name}` checks its schemes"
             ))
         };
-        let [hand, other] = file.pressed().ok_or_else(no_pair)?;
+        let [hand, other] = file.press_pair().ok_or_else(no_pair)?;
         let [words_to_joint, words_from_joint] = match self.words {
             Some(words) => [words; 2],
             None => words_of_one_axis(file)?.ok_or_else(no_pair)?,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
+use dimsart_core::limits::{Capacities, DEFAULT_WORDS, MAX_LINKS};
 use dimsart_core::{DeviceDescriptor, Dimsart, ModuleKinds, Usage, memory};
 use serde::Serialize;
 use target::Target;
@@ -22,7 +22,7 @@ use hil_sim::first_packet::first_packet;
 use hil_sim::response::{LoadedController, loaded_controllers};
 use hil_sim::rig::{SIZES, SimulatedDimsart};
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile, SHIPPED};
-use hil_sim::schemes::{self, Loaded, SIDES, SchemeText, device};
+use hil_sim::schemes::{self, LoadReport, SIDES, SchemeText, device};
 
 /// Check a scheme against a device, or the schemes of a rig.
 ///
@@ -105,14 +105,14 @@ impl Check {
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&verdicts)?)?;
         } else {
-            let sizes = target.map_or(Sizes::DEFAULT, |target| target.board.sizes);
+            let sizes = target.map_or(Capacities::DEFAULT, |target| target.board.sizes);
             verdicts.iter().try_for_each(|verdict| self.print(verdict, sizes, out))?;
         }
         let is_sound = verdicts.iter().all(|verdict| verdict.matches);
         Ok(if is_sound { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 
-    fn print(&self, verdict: &Verdict, sizes: Sizes, out: &mut impl Write) -> std::io::Result<()> {
+    fn print(&self, verdict: &Verdict, sizes: Capacities, out: &mut impl Write) -> std::io::Result<()> {
         let Verdict {
             controller,
             matches,
@@ -246,7 +246,7 @@ fn check(
 ) -> Result<Verdict, Box<dyn Error>> {
     let Some(found) = target else {
         // The words of a board of the usual size, and the links of a simulated controller.
-        type UsualMemory = memory!(Sizes { words: DEFAULT_WORDS, ..SIZES });
+        type UsualMemory = memory!(Capacities { words: DEFAULT_WORDS, ..SIZES });
         let dimsart = Dimsart::new(Box::leak(Box::new(UsualMemory::new())), device, kinds);
         let mut dimsart = dimsart.map_err(dimsart_core::CommandError::from)?;
         return Ok(check_on(&mut dimsart, scheme, side, DEFAULT_WORDS, target));
@@ -279,7 +279,7 @@ fn check_on(
 fn verdict(
     name: &str,
     dimsart: &mut Dimsart,
-    loaded: &Loaded,
+    loaded: &LoadReport,
     max_words: Option<usize>,
     target: Option<&Target>,
 ) -> Verdict {

@@ -16,7 +16,8 @@ use super::line::{Device, LineOptions};
 use super::{Ending, UsageError};
 use crate::budget;
 use crate::commissioning::{
-    Check, Computer, LockedRotor, Report, Step, Surroundings, examine, save_and_restart, watch_ticks,
+    BoardEnvironment, Check, HostComputer, LockedRotor, Report, Step, examine, observe_ticks,
+    save_and_restart,
 };
 use crate::connect::{self, Timeouts};
 use crate::cycles::Firmware;
@@ -121,12 +122,12 @@ impl Commission {
         kinds: ModuleKinds,
         report: &mut Report,
     ) -> Result<(), Box<dyn Error>> {
-        let board = Board::named(&self.board)
+        let board = Board::find(&self.board)
             .ok_or_else(|| format!("board {} has no emulated chip: use --port", self.board))?;
         let firmware = Firmware::find(image, Some(board.name))?;
         report.facts.push(("image file".to_owned(), firmware.path.display().to_string()));
         let mut emulated = SharedBoard::new(Bench::new(board, firmware.image)?);
-        let mut device = connect::Device::greet(emulated.line(), Timeouts::default(), kinds)?;
+        let mut device = connect::Device::identify(emulated.line(), Timeouts::default(), kinds)?;
         let checked = self.check(&mut device, &mut emulated, report);
         report.add([rules(&emulated), Check::not_run(LOCKED, "the emulated chip has no motor")]);
         checked
@@ -143,7 +144,7 @@ impl Commission {
         let port = self.port.as_deref().unwrap_or_default();
         report.facts.push(("port".to_owned(), port.to_owned()));
         let mut device = self.line.open(port, kinds)?;
-        let mut around = Computer::new(port, self.restart.clone());
+        let mut around = HostComputer::new(port, self.restart.clone());
         self.check(&mut device, &mut around, report)?;
         match self.step(info)? {
             Some(step) if self.locked_rotor => turn(&step, &mut device, &around, folder, report, out)?,
@@ -157,12 +158,12 @@ impl Commission {
     fn check<S: io::Read + Write>(
         &self,
         device: &mut connect::Device<S>,
-        around: &mut impl Surroundings,
+        around: &mut impl BoardEnvironment,
         report: &mut Report,
     ) -> Result<(), Box<dyn Error>> {
         report.facts.push(("image".to_owned(), device.identity().image.clone()));
         report.add(examine(device, around, Some(&self.board))?);
-        let (checks, histogram) = watch_ticks(device, around, self.seconds)?;
+        let (checks, histogram) = observe_ticks(device, around, self.seconds)?;
         report.add(checks);
         report.histograms.extend(histogram);
         report.add(save_and_restart(device, around)?);
@@ -188,7 +189,7 @@ const LOCKED: &str = "torque on a locked rotor";
 fn rules(emulated: &SharedBoard) -> Check {
     let bench = emulated.bench();
     let faults =
-        bench.processor.faults().iter().map(|fault| format!("fault at {}: {}", fault.place, fault.why));
+        bench.processor.faults().iter().map(|fault| format!("fault at {}: {}", fault.place, fault.cause));
     let found: Vec<String> = bench.violations().into_iter().chain(faults).collect();
     let next = "look up the violated rule in docs/emulated-chip.md and the fault's address in the image";
     let is_well = found.is_empty();
@@ -200,14 +201,14 @@ fn rules(emulated: &SharedBoard) -> Check {
 fn turn(
     step: &LockedRotor,
     device: &mut Device,
-    around: &impl Surroundings,
+    around: &impl BoardEnvironment,
     folder: &Path,
     report: &mut Report,
     out: &mut impl Write,
 ) -> Result<(), Box<dyn Error>> {
-    let rows = LockedRotor::prepare(device)?;
+    let rows = LockedRotor::load_zero_torque_scheme(device)?;
     let done = turn_if_allowed(step, device, around, out);
-    LockedRotor::put_back(device, &rows)?;
+    LockedRotor::restore_scheme(device, &rows)?;
     let Some((check, drawn)) = done? else {
         report.add([Check::not_run(LOCKED, "not confirmed on the terminal")]);
         return Ok(());
@@ -222,7 +223,7 @@ fn turn(
 fn turn_if_allowed(
     step: &LockedRotor,
     device: &mut Device,
-    around: &impl Surroundings,
+    around: &impl BoardEnvironment,
     out: &mut impl Write,
 ) -> Result<Option<(Check, Step)>, Box<dyn Error>> {
     let free = "The rotor turns up to 1.25 electrical turns and back within 9 s. The rotor must be FREE and unloaded. Keep a hand \
@@ -230,7 +231,7 @@ fn turn_if_allowed(
     if !is_allowed(free, out)? {
         return Ok(None);
     }
-    LockedRotor::align(device, around)?;
+    LockedRotor::align_encoder(device, around)?;
     let hold = format!(
         "CLAMP the rotor now, do not hold the rotor by hand: the motor applies {} N m for less than 1 s.",
         step.torque_nm

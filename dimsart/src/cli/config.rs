@@ -16,7 +16,7 @@ use super::line::{Device, LineOptions};
 use super::output::say;
 use super::{Ending, NOT_STABLE};
 use crate::config::{Change, Configuration, Deviation, Difference, UnknownRow, deviations};
-use crate::connect::{Exchange, Sent};
+use crate::connect::{ConfigurationReplacement, SendOutcome};
 use hil_sim::schemes::SchemeText;
 use print::{print_deviations, print_difference};
 use source::{Source, side_of};
@@ -113,7 +113,7 @@ struct ApplyReport<'a> {
     changes: &'a [Change],
     is_dry_run: bool,
     #[serde(flatten)]
-    sent: &'a Sent,
+    sent: &'a SendOutcome,
 }
 
 impl Config {
@@ -144,8 +144,12 @@ impl Config {
             Action::Apply { file, port, side, dry_run, skip_unknown, json } => {
                 let scheme = SchemeText::read(&file)?;
                 let side = side_of(&scheme, side)?;
-                let exchange =
-                    Exchange { scheme: &scheme, side, skips_unknown: skip_unknown, is_dry_run: dry_run };
+                let exchange = ConfigurationReplacement {
+                    scheme: &scheme,
+                    side,
+                    skips_unknown: skip_unknown,
+                    is_dry_run: dry_run,
+                };
                 apply(&mut line.open(&port, kinds)?, &port, exchange, json, out)
             }
         }
@@ -201,7 +205,7 @@ fn compare(
 fn apply(
     device: &mut Device,
     port: &str,
-    exchange: Exchange<'_>,
+    exchange: ConfigurationReplacement<'_>,
     json: bool,
     out: &mut impl Write,
 ) -> Ending {
@@ -218,7 +222,7 @@ fn apply(
         )
         .into());
     }
-    let sent = device.exchange(exchange)?;
+    let sent = device.replace_configuration(exchange)?;
     for row in &sent.skipped {
         eprintln!("dimsart: skipped: {row}");
     }

@@ -287,12 +287,12 @@ impl Action {
             Self::Set { module, parameter, value } => {
                 json.print(out, &device.set(&module, &parameter, &value)?)?;
             }
-            Self::On { module, before } => json.print(out, &device.on(&module, before.as_deref())?)?,
-            Self::Off { module } => json.print(out, &device.off(&module)?)?,
+            Self::On { module, before } => json.print(out, &device.plug_in(&module, before.as_deref())?)?,
+            Self::Off { module } => json.print(out, &device.unplug(&module)?)?,
             Self::Stop => json.print(out, &device.stop()?)?,
             Self::Reset { module } => json.print(out, &device.reset(module.as_deref())?)?,
-            Self::Init { module } => json.print(out, &device.init(&module)?)?,
-            Self::Close { module } => json.print(out, &device.close(module.as_deref())?)?,
+            Self::Init { module } => json.print(out, &device.reset_parameters(&module)?)?,
+            Self::Close { module } => json.print(out, &device.delete_module(module.as_deref())?)?,
             Self::Begin => json.print(out, &device.begin()?)?,
             Self::Commit => json.print(out, &device.commit()?)?,
             Self::Abort => json.print(out, &device.abort()?)?,
@@ -306,7 +306,7 @@ impl Action {
             Self::Faults => {
                 let faults = device.faults()?;
                 json.print(out, &faults)?;
-                return Ok(faults.is_sound());
+                return Ok(faults.is_valid());
             }
             Self::Scheme { file: None, side, .. } => {
                 let rows = device.scheme_rows(side)?;
@@ -335,7 +335,7 @@ impl Action {
             }
             Self::Key(KeyAction::Clear) => json.print(out, &KeyState { key: device.clear_key()? })?,
             Self::Recorder { recorder, out: file } => {
-                write_recorded(&device.recorded(recorder.as_deref())?, file.as_deref(), json, out)?;
+                write_recorded(&device.read_recorder(recorder.as_deref())?, file.as_deref(), json, out)?;
             }
             Self::Capture(arguments) => return capture::capture(arguments, device, json, out),
             Self::Watch { signals, once: true, .. } => {

@@ -10,7 +10,7 @@ use dimsart_core::ModuleKinds;
 
 use super::Ending;
 use super::controllers::{controllers, no_rig, rig_says_itself, side_of_scheme};
-use crate::dbc::{self, DbcError, Frames, Message};
+use crate::dbc::{self, DbcError, FrameFormat, Message};
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::{SIDES, SchemeText};
 
@@ -33,8 +33,8 @@ pub(super) struct Dbc {
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
     /// Format of the CAN frames.
-    #[arg(long, value_enum, default_value_t = Frames::CanFd)]
-    frames: Frames,
+    #[arg(long, value_enum, default_value_t = FrameFormat::CanFd)]
+    frames: FrameFormat,
     /// Print the messages as one JSON object instead.
     #[arg(long)]
     json: bool,
@@ -88,7 +88,7 @@ impl Dbc {
             match dbc::messages(&mut controller.dimsart, &controller.name, self.frames) {
                 Ok(found) => messages.extend(found),
                 // Another controller may send.
-                Err(error @ DbcError::NothingSent { .. }) => silent = Some(error),
+                Err(error @ DbcError::NoMessages { .. }) => silent = Some(error),
                 Err(error) => return Err(error.into()),
             }
         }

@@ -11,8 +11,8 @@ use serde::Serialize;
 
 use super::Ending;
 use super::line::LineOptions;
-use crate::commissioning::{self, Check, Computer, Verdict};
-use hil_sim::foreign_text::visible_lines;
+use crate::commissioning::{self, Check, HostComputer, Verdict};
+use hil_sim::untrusted_text::escape_lines;
 
 /// Check the tools for building and flashing firmware, or check a board.
 ///
@@ -82,7 +82,7 @@ impl Doctor {
 
     fn check_board(&self, port: &str, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let examined = self.line.open(port, kinds).and_then(|mut device| {
-            Ok(commissioning::examine(&mut device, &Computer::new(port, None), None)?)
+            Ok(commissioning::examine(&mut device, &HostComputer::new(port, None), None)?)
         });
         let next = "check cable and port; `cargo xtask flash BOARD` shows the board's log";
         let checks = examined.unwrap_or_else(|error| {
@@ -182,7 +182,7 @@ fn probe() -> Finding {
 fn output(program: &str, arguments: &[&str]) -> Option<String> {
     let output =
         Command::new(program).args(arguments).output().ok().filter(|output| output.status.success())?;
-    Some(visible_lines(&String::from_utf8_lossy(&output.stdout)))
+    Some(escape_lines(&String::from_utf8_lossy(&output.stdout)))
 }
 
 /// Returns the version line of a program if its version is at least `oldest`.

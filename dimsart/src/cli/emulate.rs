@@ -10,7 +10,7 @@ use std::time::Duration;
 use chips::{BOARDS, Bench, Board};
 use clap::Args;
 use hil_sim::clock;
-use hil_sim::pace::Pace;
+use hil_sim::pace::TickPacer;
 use hil_sim::pipe::{self, Pipe};
 
 use super::run::stop_on_interrupt;
@@ -53,7 +53,7 @@ const START_S: f64 = 0.1;
 impl Emulate {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         let board =
-            Board::named(&self.board).ok_or_else(|| UsageError(format!("unknown board {}", self.board)))?;
+            Board::find(&self.board).ok_or_else(|| UsageError(format!("unknown board {}", self.board)))?;
         let firmware = Firmware::find(self.elf.as_deref(), Some(board.firmware))?;
         let mut bench = Bench::new(board, firmware.image)?;
         let stop = stop_on_interrupt()?;
@@ -84,7 +84,7 @@ fn serve(
     let _shared = SharedPort::new(&port, Box::new(theirs))?;
     writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
     out.flush()?;
-    let mut pace = Pace::new(clock::now(), PIECE_S);
+    let mut pace = TickPacer::new(clock::now(), PIECE_S);
     while !stop.load(Ordering::Relaxed) {
         if let Some(skipped) = pace.wait_or_skip(bench.time_s() - START_S) {
             eprintln!("dimsart: {skipped}");
@@ -100,7 +100,7 @@ fn exchange(bench: &mut Bench, line: &mut Pipe) {
     while let Ok(count @ 1..) = line.read(&mut bytes) {
         bench.send(bytes.get(..count).unwrap_or_default());
     }
-    let answer = bench.received();
+    let answer = bench.take_received();
     if !answer.is_empty() {
         // Lost without a reader, as on a cable.
         let _ = line.write(&answer);

@@ -17,8 +17,8 @@ use crate::report::{self, Bode};
 use crate::rig_argument;
 use hil_sim::experiment;
 use hil_sim::identify::{
-    Estimate, Experiment, ForceIs, FrequencyPoint, Identified, Quantity, arm_truth, frequency_response,
-    identify, truth,
+    Estimate, Experiment, ForceTiming, FrequencyPoint, IdentifiedJoint, Quantity, frequency_response,
+    identify, true_arm_joint_parameters, true_parameters,
 };
 use hil_sim::plant::{ArmParameters, ParameterError};
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile};
@@ -90,7 +90,7 @@ struct Joint {
     period_s: f64,
     position: Vec<f64>,
     force: Vec<f64>,
-    force_is: ForceIs,
+    force_timing: ForceTiming,
     turns: bool,
     /// Index of the joint and positions of all coupled axes; none of a single joint.
     coupled: Option<(usize, Vec<Vec<f64>>)>,
@@ -109,7 +109,7 @@ enum Truth {
 struct Answer<'a> {
     joint: &'a str,
     #[serde(flatten)]
-    identified: &'a Identified,
+    identified: &'a IdentifiedJoint,
     truth: Option<&'a [(Quantity, f64); 6]>,
     response: &'a [FrequencyPoint],
 }
@@ -138,11 +138,11 @@ impl Identify {
         folder: &Path,
         out: &mut impl Write,
     ) -> Result<(), Box<dyn std::error::Error>> {
-        let Joint { period_s, position, force, force_is, turns, .. } = joint;
+        let Joint { period_s, position, force, force_timing, turns, .. } = joint;
         let others: Vec<&[f64]> = joint.others().collect();
-        let (period_s, force_is, turns) = (*period_s, *force_is, *turns);
+        let (period_s, force_timing, turns) = (*period_s, *force_timing, *turns);
         let identified =
-            identify(&Experiment { period_s, position, force, force_is, turns, others: &others })?;
+            identify(&Experiment { period_s, position, force, force_timing, turns, others: &others })?;
         let truth = joint.truth(&identified.others_at)?;
         let segment = usize::try_from(self.segment_ticks)?;
         let points = frequency_response(period_s, force, position, segment, POINTS);
@@ -202,14 +202,14 @@ impl Identify {
             let section = device.axes.get(axis);
             let section = section
                 .ok_or_else(|| UsageError(format!("the device has no axis {axis}: correct --axis")))?;
-            let of_plant = section.plant.as_ref().and_then(|plant| truth(plant, is_measured));
+            let of_plant = section.plant.as_ref().and_then(|plant| true_parameters(plant, is_measured));
             let of_arm = device.arm.clone().map(Truth::OfArm);
             Ok(Joint {
                 name: format!("{}, axis {axis}, from {force}", found.name()),
                 period_s: file::period_s(run.recording.time_s()).map_err(UsageError)?,
                 position: column("POSITION", axis)?,
                 force: column(force, axis)?,
-                force_is: force_is(is_measured, device),
+                force_timing: force_timing(is_measured, device),
                 turns: section.unit == AxisUnit::Radian,
                 coupled: coupled.clone().map(|positions| (axis, positions)),
                 truth: of_arm.or(of_plant.map(Truth::Of)).unwrap_or(Truth::Unknown),
@@ -243,15 +243,15 @@ impl Joint {
             (Truth::Of(truth), _) => Ok(Some(*truth)),
             (Truth::OfArm(arm), Some((axis, _))) => {
                 let (before, behind) = others_at.split_at_checked(*axis).unwrap_or_default();
-                arm_truth(arm, *axis, &[before, &[0.0], behind].concat())
+                true_arm_joint_parameters(arm, *axis, &[before, &[0.0], behind].concat())
             }
             _ => Ok(None),
         }
     }
 }
 
-fn force_is(is_measured: bool, device: &DeviceSection) -> ForceIs {
-    if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks: device.delay_ticks } }
+fn force_timing(is_measured: bool, device: &DeviceSection) -> ForceTiming {
+    if is_measured { ForceTiming::Measured } else { ForceTiming::Held { delay_ticks: device.delay_ticks } }
 }
 
 /// Units of the frequency response and of a force.
@@ -262,7 +262,7 @@ const fn units(turns: bool) -> [&'static str; 2] {
 fn print(
     out: &mut dyn Write,
     joint: &Joint,
-    identified: &Identified,
+    identified: &IdentifiedJoint,
     truth: Option<&[(Quantity, f64); 6]>,
 ) -> std::io::Result<()> {
     writeln!(

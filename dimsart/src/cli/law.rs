@@ -165,7 +165,7 @@ fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dy
     };
     let image = StampedImage::read(image)?;
     let (costs, kinds) = (image.costs().ok_or_else(unknown)?, image.kinds());
-    let kind = kinds.iter().position(|kind| *kind == KindId::of(MODULE)).ok_or_else(unknown)?;
+    let kind = kinds.iter().position(|kind| *kind == KindId::from_name(MODULE)).ok_or_else(unknown)?;
     let line = |index: usize| costs.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN);
     let program = law.program().ok_or_else(unknown)?;
     let own = line(1 + kind).ok_or_else(unknown)?.cycles(axes.into());

@@ -42,7 +42,7 @@ impl LineOptions {
         let stream = broker::open(port, self.baud).map_err(ConnectError::from)?;
         let patience = Timeouts { timeout: self.timeout_s, tries: self.tries };
         let mut device =
-            Device::greet(stream, patience, kinds).map_err(|error| format!("{port}: {error}"))?;
+            Device::identify(stream, patience, kinds).map_err(|error| format!("{port}: {error}"))?;
         if let Some(note) = device.version_note() {
             eprintln!("dimsart: note: {note}");
         }
@@ -79,7 +79,7 @@ fn is_device_file(_path: &Path) -> bool {
 
 /// Reads a key, and warns if other users can read its file.
 pub(super) fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
-    if let Some(warning) = key_file::exposure(file) {
+    if let Some(warning) = key_file::permission_warning(file) {
         eprintln!("dimsart: warning: {warning}");
     }
     key_file::read(file)

@@ -9,8 +9,8 @@ use std::process::ExitCode;
 use clap::Args;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
-    Accepts, AxisKind, Direction, Engine, ModuleKind, ModuleKinds, ModuleRef, Parameter, ParameterText,
-    PortSpec, ProvidedMemory, Unit, UnitRelation, Value, Word,
+    AxisKind, Direction, Engine, ModuleKind, ModuleKinds, ModuleRef, Parameter, ParameterDescription,
+    ParameterType, PortSpec, ProvidedMemory, Unit, UnitRelation, Value, Word,
 };
 use dimsart_modules::{GROUPS, group_of};
 use serde::Serialize;
@@ -162,7 +162,7 @@ impl Modules {
         if self.markdown && !shows_details {
             write!(out, "{MARKDOWN_HEAD}")?;
         }
-        let mut engine = Engine::new(ProvidedMemory::leaked(), device("device", 1, 1e-3)?, kinds);
+        let mut engine = Engine::new(ProvidedMemory::leak_default(), device("device", 1, 1e-3)?, kinds);
         let is_wanted = |kind: &ModuleKind| {
             self.name.as_deref().is_none_or(|name| [kind.name, group(kind)].contains(&name))
         };
@@ -205,7 +205,7 @@ impl Description {
         let ports = engine.ports(ModuleRef { kind: kind.id, number: 1 }).unwrap_or_default();
         let parameters: Vec<_> =
             (0..).map_while(|index| engine.kinds().describe_parameter(kind.id, index)).collect();
-        let lists = parameters.iter().filter(|parameter| parameter.accepts == Accepts::Types);
+        let lists = parameters.iter().filter(|parameter| parameter.accepts == ParameterType::Types);
         Self {
             name: kind.name,
             group: group(kind),
@@ -297,11 +297,12 @@ fn port_row(port: &PortSpec, ports: &[PortSpec]) -> Option<PortRow> {
 }
 
 fn parameter_row(parameter: &Parameter) -> ParameterRow {
-    let is_list = parameter.accepts == Accepts::Types;
+    let is_list = parameter.accepts == ParameterType::Types;
     ParameterRow {
         name: parameter.name,
         unit: if is_list { String::new() } else { units(parameter.unit) },
-        range: ParameterText::try_from(*parameter).map_or_else(|_| String::new(), |text| range_text(&text)),
+        range: ParameterDescription::try_from(*parameter)
+            .map_or_else(|_| String::new(), |text| range_text(&text)),
         default: default(parameter),
         meaning: parameter.summary.text(),
         only_while_unplugged: parameter.is_structural,
@@ -352,7 +353,7 @@ fn default(parameter: &Parameter) -> String {
         (Some(Value::Count(value)), _) => value.to_string(),
         (Some(Value::Integer(value)), _) => value.to_string(),
         (Some(Value::Flag(value)), _) => switch(value).to_owned(),
-        (Some(Value::Choice(index)), Accepts::Choice(names)) => {
+        (Some(Value::Choice(index)), ParameterType::Choice(names)) => {
             names.get(usize::from(index)).map_or_else(String::new, |name| (*name).to_owned())
         }
         _ => "none".to_owned(),

@@ -6,16 +6,16 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use boards::current_loop::why;
+use boards::current_loop::identification_failure;
 use clap::{Args, Subcommand};
 use dimsart_core::ModuleKinds;
-use drive::{Configuration, Identified, Modulation};
+use drive::{Configuration, Modulation, MotorEstimate};
 use hil_sim::recording::{Column, Recording};
 
 use super::line::{LineOptions, is_port};
 use super::output::text_table;
 use super::{Ending, UsageError};
-use crate::motor::{self, Follow};
+use crate::motor::{self, CurrentStepResponse};
 use crate::report::{self, Curve, Figure, Panel};
 
 /// Default identification current of a simulated motor.
@@ -136,7 +136,8 @@ impl Motor {
             Action::Identify { source, current_a, inertia_kg_m2, friction_nm, .. } => {
                 let told = motor::read(Path::new(&source), warn)?;
                 let current_a = current_a.unwrap_or(SIMULATED_A);
-                let found = motor::identify(&told, current_a, inertia_kg_m2, friction_nm)?.map_err(why)?;
+                let found = motor::identify(&told, current_a, inertia_kg_m2, friction_nm)?
+                    .map_err(identification_failure)?;
                 print_found(&told, &found, "true", out)?;
                 Ok(ExitCode::SUCCESS)
             }
@@ -146,7 +147,8 @@ impl Motor {
 
 fn check(told: &Configuration, folder: &Path, out: &mut impl Write) -> Ending {
     print_figures(told, out)?;
-    let follows = SHARES.map(|(resistance, inductance)| motor::follow(told, resistance, inductance));
+    let follows =
+        SHARES.map(|(resistance, inductance)| motor::simulate_current_step(told, resistance, inductance));
     let mut found = Vec::new();
     for follow in follows {
         found.push(follow?);
@@ -159,14 +161,14 @@ fn check(told: &Configuration, folder: &Path, out: &mut impl Write) -> Ending {
             format!("{inductance}"),
             format!("{:.1}", 100.0 * follow.overshoot),
             follow.settled_s.map_or("never".to_owned(), |settled_s| format!("{:.2}", 1e3 * settled_s)),
-            if follow.is_good() { String::new() } else { "FAILED".to_owned() },
+            if follow.is_well_damped() { String::new() } else { "FAILED".to_owned() },
         ]);
     }
     writeln!(out, "{table}")?;
     let (figure, recording) = picture(told, &found);
     let svg = report::write_figure(folder, &figure, &recording)?;
     writeln!(out, "picture: {}", svg.display())?;
-    if found.iter().all(Follow::is_good) {
+    if found.iter().all(CurrentStepResponse::is_well_damped) {
         return Ok(ExitCode::SUCCESS);
     }
     writeln!(
@@ -211,7 +213,7 @@ fn print_figures(told: &Configuration, out: &mut impl Write) -> std::io::Result<
 }
 
 /// Plots all steps in one panel.
-fn picture(told: &Configuration, found: &[Follow]) -> (Figure, Recording) {
+fn picture(told: &Configuration, found: &[CurrentStepResponse]) -> (Figure, Recording) {
     let label = |(resistance, inductance)| format!("R × {resistance}, L × {inductance}");
     let columns = SHARES.map(|shares| Column {
         source: "motor".to_owned(),
@@ -229,8 +231,11 @@ fn picture(told: &Configuration, found: &[Follow]) -> (Figure, Recording) {
             *value = follow.response.get(period).copied().unwrap_or(f64::NAN);
         }
     }
-    let curves =
-        (0..).zip(SHARES).map(|(column, shares)| Curve { label: label(shares), column, minus: None });
+    let curves = (0..).zip(SHARES).map(|(column, shares)| Curve {
+        label: label(shares),
+        column,
+        subtracted_column: None,
+    });
     let panel = Panel {
         title: "q-axis current, rotor locked".to_owned(),
         y_label: "current / step".to_owned(),
@@ -248,7 +253,7 @@ fn picture(told: &Configuration, found: &[Follow]) -> (Figure, Recording) {
 
 fn print_found(
     told: &Configuration,
-    found: &Identified,
+    found: &MotorEstimate,
     beside: &str,
     out: &mut impl Write,
 ) -> std::io::Result<()> {

@@ -200,7 +200,8 @@ mod tests {
         let measured = &[types::POSITION, types::DES_POSITION];
         let device =
             DeviceDescriptor::new("arm", &[AxisKind::Linear; 2], 1e-3, measured, &[types::DES_FORCE]);
-        let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), WITH_TEMPLATE).unwrap();
+        let mut dimsart =
+            Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), WITH_TEMPLATE).unwrap();
         let module = WITH_TEMPLATE.module("TEMPLATE_MOD").unwrap();
         dimsart.command(Command::set(module, 0, Value::Real(1000.0))).unwrap();
         dimsart.command(Command::PlugIn(module)).unwrap();

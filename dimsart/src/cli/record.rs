@@ -13,7 +13,7 @@ use dimsart_link::protocol::DEFAULT_BAUD;
 use super::Ending;
 use super::run::stop_on_interrupt;
 use crate::broker;
-use crate::connect::{ConnectError, Device, Tap, Timeouts};
+use crate::connect::{ConnectError, Device, Subscription, Timeouts};
 use crate::report::SignalsKind;
 use crate::tap_file::{self, Next, TapFile};
 
@@ -68,14 +68,14 @@ impl Record {
     pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let stop = stop_on_interrupt()?;
         let line = broker::open(&self.port, self.baud).map_err(ConnectError::from)?;
-        let mut device = Device::greet(line, PATIENCE, kinds)?;
+        let mut device = Device::identify(line, PATIENCE, kinds)?;
         device.require_signals(&self.names)?;
-        let mut tap = Tap::new(self.every_ticks).of(&self.names);
+        let mut tap = Subscription::new(self.every_ticks).with_signals(&self.names);
         let (start, mut told) = (Instant::now(), Instant::now());
         let is_shown = std::io::stderr().is_terminal();
         let is_over = || self.duration_s.is_some_and(|duration| start.elapsed() >= duration);
         // An older file is kept until the first row.
-        let mut rows = device.tap(&mut tap, A_MOMENT)?;
+        let mut rows = device.receive_rows(&mut tap, A_MOMENT)?;
         while tap.signals().is_empty() {
             if start.elapsed() > TO_BEGIN || stop.load(Ordering::Relaxed) {
                 let port = &self.port;
@@ -85,7 +85,7 @@ impl Record {
                 );
                 return Err(reason.into());
             }
-            rows = device.tap(&mut tap, A_MOMENT)?;
+            rows = device.receive_rows(&mut tap, A_MOMENT)?;
         }
         let format = tap_file::format(&mut device, &self.port, self.every_ticks, self.signals)?;
         let mut file = TapFile::create(&self.out, device.identity(), self.every_ticks, format)?;
@@ -97,25 +97,25 @@ impl Record {
                     why = reason;
                     break;
                 }
-                Next::NoDisk => break,
+                Next::WriteFailed => break,
             }
-            rows = match device.tap(&mut tap, A_MOMENT) {
+            rows = match device.receive_rows(&mut tap, A_MOMENT) {
                 Ok(rows) => rows,
                 Err(error) => {
                     // Keeps the rows received so far.
-                    writeln!(out, "{}", file.finish(tap.lost(), "")?)?;
+                    writeln!(out, "{}", file.finish(tap.lost_samples(), "")?)?;
                     return Err(error.into());
                 }
             };
             if is_shown && told.elapsed() > PROGRESS {
                 told = Instant::now();
-                eprint!("\r{} rows, {} samples lost ", file.rows(), tap.lost());
+                eprint!("\r{} rows, {} samples lost ", file.rows(), tap.lost_samples());
             }
         }
         if is_shown {
             eprint!("\r");
         }
-        writeln!(out, "{}", file.finish(tap.lost(), why)?)?;
+        writeln!(out, "{}", file.finish(tap.lost_samples(), why)?)?;
         Ok(ExitCode::SUCCESS)
     }
 }

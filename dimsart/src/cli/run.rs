@@ -19,18 +19,18 @@ use super::{Ending, NOT_STABLE, UsageError, summary};
 use crate::pictures;
 use crate::recorder_files::{self, RecorderFile};
 use crate::report::{
-    self, BusTimeline, Report, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind, Written,
+    self, BusTimeline, Report, ReportError, ReportFiles, RunMetadata, SignalsFile, SignalsFormat, SignalsKind,
 };
 use crate::rig_argument;
 use crate::tick_map::tick_maps;
-use hil_sim::bus::time::seconds_ns;
+use hil_sim::bus::time::seconds_to_ns;
 use hil_sim::emulated::{self, Image};
 use hil_sim::experiment::{self, Experiment, ExperimentError};
 use hil_sim::key_file;
 use hil_sim::link::InProcessParameters;
-use hil_sim::response::{Alone, one_station};
+use hil_sim::response::{SingleStation, one_station};
 use hil_sim::rig::{Rig, Station};
-use hil_sim::rig_file::{LinkSection, RigFile, USUAL};
+use hil_sim::rig_file::{DEFAULT_RIG_NAME, LinkSection, RigFile};
 
 /// Simulate a rig and write a report; with --side, run one station in real time.
 ///
@@ -147,7 +147,7 @@ fn help() -> String {
 
 fn usual_settings() -> String {
     let line = |name: &&str| {
-        let (default, meaning) = RigFile::shipped_setting(USUAL, name)?;
+        let (default, meaning) = RigFile::shipped_setting(DEFAULT_RIG_NAME, name)?;
         let setting = format!("{name}={}", default.as_deref().unwrap_or("..."));
         Some(format!("\n  {setting:<38} {meaning}"))
     };
@@ -170,21 +170,21 @@ impl Run {
     pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         if self.keys {
             let rig = self.rig.as_deref().and_then(Path::to_str).and_then(RigFile::shipped);
-            let usual = RigFile::shipped(USUAL).unwrap_or_default();
+            let usual = RigFile::shipped(DEFAULT_RIG_NAME).unwrap_or_default();
             writeln!(out, "{}", rig.unwrap_or(usual).trim_end())?;
             return Ok(ExitCode::SUCCESS);
         }
         let file = rig_argument::read(self.rig.as_deref(), &self.sets, kinds)?;
         self.check_names(&file)?;
         let keys = file.links.iter().filter_map(|link| Some(file.resolve(link.key_file.as_deref()?)));
-        if let Some(warning) = keys.filter_map(|key| key_file::exposure(&key)).next() {
+        if let Some(warning) = keys.filter_map(|key| key_file::permission_warning(&key)).next() {
             eprintln!("dimsart: warning: {warning}");
         }
         let begun = Instant::now();
         let folder = self.folder();
         if !self.no_report {
             // Fail before the run, not after it.
-            report::try_folder(&folder)?;
+            report::check_folder_writable(&folder)?;
         }
         let stop = stop_on_interrupt()?;
         let mut experiment = self.experiment(&file, &stop)?;
@@ -202,7 +202,7 @@ impl Run {
             let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
             let format = self.signals_format(file.to_toml(), experiment.rig_mut());
             let (file, listener) = SignalsFile::create(&folder, &stems, format)?;
-            experiment.tell(listener);
+            experiment.add_listener(listener);
             signals = Some(file);
         }
         let bar = progress_bar(experiment.duration_s());
@@ -228,7 +228,7 @@ impl Run {
             writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
         }
         written?;
-        run.broken.map_or(Ok(self.status(run.outcome.stable)), |broken| Err(broken.into()))
+        run.error.map_or(Ok(self.status(run.outcome.stable)), |broken| Err(broken.into()))
     }
 
     /// Exit status of a run.
@@ -242,7 +242,7 @@ impl Run {
             SignalsKind::Csv => SignalsFormat::Csv,
             SignalsKind::Mcap => {
                 rig.stations_mut().iter_mut().for_each(Station::record_inputs);
-                let facts = RunFacts::new(settings_toml, rig);
+                let facts = RunMetadata::new(settings_toml, rig);
                 SignalsFormat::Mcap(if self.side.is_some() { facts.in_real_time() } else { facts })
             }
         }
@@ -264,7 +264,7 @@ impl Run {
                 "unknown controller {name}; controllers of this rig: {known} (`dimsart run --help`)"
             )));
         }
-        let cannot = self.side.as_deref().filter(|name| Alone::of(file, name).is_none());
+        let cannot = self.side.as_deref().filter(|name| SingleStation::of(file, name).is_none());
         cannot.map_or(Ok(()), |name| {
             Err(UsageError(format!(
                 "--side {name}: the rig needs a [[link]] with an `address` from {name} to another controller, and a [[link]] \
@@ -274,7 +274,7 @@ impl Run {
     }
 
     fn experiment(&self, file: &RigFile, stop: &AtomicBool) -> Result<Experiment, ExperimentError> {
-        let alone = self.side.as_deref().and_then(|name| Alone::of(file, name));
+        let alone = self.side.as_deref().and_then(|name| SingleStation::of(file, name));
         let Some(alone) = alone else {
             if !file.experiment.margins {
                 return Experiment::new(file);
@@ -310,7 +310,7 @@ impl Run {
         if !self.no_report {
             report::make_folder(folder)?;
         }
-        emulated::pin_to_one_processor();
+        emulated::pin_to_current_cpu();
         let wanted = self.target_side.as_deref().filter(|name| *name != BOTH);
         let names = experiment.rig_mut().stations().iter().map(|station| station.name.clone());
         for name in names.filter(|name| wanted.is_none_or(|wanted| wanted == name)).collect::<Vec<_>>() {
@@ -328,7 +328,7 @@ impl Run {
         run: &experiment::Run,
         recorders: Vec<RecorderFile>,
         stop: &AtomicBool,
-    ) -> Result<Written, ReportError> {
+    ) -> Result<ReportFiles, ReportError> {
         let report = Report {
             title: pictures::title(file, self.side.as_deref()),
             summary: summary::facts(&run.outcome),
@@ -336,7 +336,7 @@ impl Run {
             faults: run.outcome.faults.iter().chain(&run.outcome.undecided).cloned().collect(),
             figures: pictures::figures(file, run, self.side.as_deref()),
             tick_maps: tick_maps(&run.rig),
-            bus: BusTimeline::of(&run.media, seconds_ns(file.sample_period_s)),
+            bus: BusTimeline::of(&run.media, seconds_to_ns(file.sample_period_s)),
             settings_toml: file.to_toml(),
             recording: &run.recording,
             signals: self.signals,
@@ -356,7 +356,7 @@ fn write_recorders(folder: &Path, rig: &mut Rig) -> Result<Vec<RecorderFile>, Re
 }
 
 /// Prints the paths of the written files.
-fn print_written(out: &mut dyn Write, folder: &Path, written: &Written) -> std::io::Result<()> {
+fn print_written(out: &mut dyn Write, folder: &Path, written: &ReportFiles) -> std::io::Result<()> {
     for RecorderFile { name, content } in &written.recorders {
         writeln!(out, "recorder: {}: {content}", folder.join(name).display())?;
     }
@@ -376,7 +376,7 @@ pub(super) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
-            if emulated::end_all() {
+            if emulated::terminate_emulators() {
                 std::thread::sleep(TO_CLEAN_UP);
             }
             std::process::exit(130);

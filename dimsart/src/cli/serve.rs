@@ -17,11 +17,11 @@ use super::station::line_baud;
 use super::{Ending, UsageError};
 use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
-use crate::page::{Access, Hand, OpenLine, Page, Station};
-use crate::report::{RunFacts, SignalsFile, SignalsFormat};
+use crate::page::{Access, OpenLine, Page, ReferenceOverrideFn, Station};
+use crate::report::{RunMetadata, SignalsFile, SignalsFormat};
 use crate::rig_argument;
 use hil_sim::clock;
-use hil_sim::response::{Hold, LiveRig};
+use hil_sim::response::{LiveRig, ReferenceOverride};
 use hil_sim::rig_file::{Geometry, RigFile};
 use hil_sim::schemes::suggestion;
 
@@ -155,9 +155,9 @@ impl Serve {
             writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
             ports.push((name, port));
         }
-        let stations = (0..ports.len()).zip(Geometry::of_all(file));
-        let simulated = stations.map(|(station, geometry)| Simulated {
-            hand: live.hand(),
+        let stations = (0..ports.len()).zip(Geometry::all(file));
+        let simulated = stations.map(|(station, geometry)| SimulatedStation {
+            hand: live.reference_overrides(),
             references: live.references(station),
             geometry,
         });
@@ -174,7 +174,7 @@ impl Serve {
     fn page(
         &self,
         ports: &[(String, String)],
-        simulated: Vec<Simulated>,
+        simulated: Vec<SimulatedStation>,
         kinds: ModuleKinds,
         out: &mut impl Write,
     ) -> Result<Option<Page>, Box<dyn Error>> {
@@ -194,9 +194,10 @@ impl Serve {
             let (at, bits) = (port.clone(), self.baud);
             let open: OpenLine = Box::new(move || Ok(broker::open(&at, bits)?));
             let (hand, geometry) = match simulated {
-                Some(simulated) => {
-                    (Some(holder(usize::from(number), simulated.hand, simulated.references)), simulated.geometry)
-                }
+                Some(simulated) => (
+                    Some(holder(usize::from(number), simulated.hand, simulated.references)),
+                    simulated.geometry,
+                ),
                 None => (None, None),
             };
             let (port, baud) = (port.clone(), line_baud(port, bits));
@@ -211,9 +212,9 @@ impl Serve {
 }
 
 /// The simulated device of a station.
-struct Simulated {
+struct SimulatedStation {
     /// Holds its references and hands.
-    hand: Sender<Hold>,
+    hand: Sender<ReferenceOverride>,
     /// References and hands that can be held.
     references: Vec<String>,
     /// Geometry of the device.
@@ -221,14 +222,14 @@ struct Simulated {
 }
 
 /// Holds references of a station.
-fn holder(station: usize, hand: Sender<Hold>, known: Vec<String>) -> Hand {
+fn holder(station: usize, hand: Sender<ReferenceOverride>, known: Vec<String>) -> ReferenceOverrideFn {
     Box::new(move |signal, axis, value| {
         let reference = format!("{signal}[{axis}]");
         if !known.contains(&reference) {
             return Err(format!("unknown reference {reference}; {}", suggestion(&reference, &known)));
         }
         // The rig ends with the page.
-        let _ = hand.send(Hold { station, signal, axis, value });
+        let _ = hand.send(ReferenceOverride { station, signal, axis, value });
         Ok(())
     })
 }
@@ -240,8 +241,8 @@ fn end(page: Option<&Page>, out: &mut impl Write) -> io::Result<()> {
 
 /// Starts recording a rig to a folder.
 fn record(live: &mut LiveRig, file: &RigFile, folder: &Path) -> Result<SignalsFile, Box<dyn Error>> {
-    let facts = RunFacts::new(file.to_toml(), live.rig_mut()).in_real_time();
+    let facts = RunMetadata::new(file.to_toml(), live.rig_mut()).in_real_time();
     let (recording, listener) = SignalsFile::create(folder, &[], SignalsFormat::Mcap(facts))?;
-    live.tell(listener)?;
+    live.add_listener(listener)?;
     Ok(recording)
 }

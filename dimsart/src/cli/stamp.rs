@@ -140,7 +140,7 @@ fn saved(
     let device = device(side, MAX_DOF, SAMPLE_PERIOD_S)?;
     let mut dimsart = SimulatedDimsart::new(device, kinds).map_err(dimsart_core::CommandError::from)?;
     let loaded = schemes::load(&text, side, &[], &mut dimsart);
-    if !loaded.is_sound() {
+    if !loaded.is_valid() {
         let problems: Vec<String> = loaded.problems().collect();
         return Err(
             format!("scheme {scheme} does not run on the {}:\n  {}", side, problems.join("\n  ")).into()
@@ -192,7 +192,7 @@ fn names(ids: &[KindId], kinds: ModuleKinds) -> Vec<String> {
 fn text(costs: &ImageCosts, key: &str, names: &[String]) -> String {
     let reason = |name: &str| costs.unknown.iter().find(|(kind, _)| kind == name).map(|(_, reason)| reason);
     let line = |(name, cost): (&String, &Cost)| {
-        let ((offset, per_dof), reason) = (cost.line(), reason(name).map_or("", String::as_str));
+        let ((offset, per_dof), reason) = (cost.coefficients(), reason(name).map_or("", String::as_str));
         format!("{name} {offset} {per_dof} {}\n", reason.replace('\n', " "))
     };
     format!("{key}\n{}", names.iter().zip(&costs.lines).map(line).collect::<String>())
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn costs_are_kept_for_the_same_key_alone() {
-        let names = names(&["PCTRL_MOD", "ONLINE_MOD"].map(KindId::of), ALL);
+        let names = names(&["PCTRL_MOD", "ONLINE_MOD"].map(KindId::from_name), ALL);
         let mut lines: Vec<Cost> = names.iter().map(|_| Cost::new(100, 10)).collect();
         lines[1] = Cost::UNKNOWN;
         let unknown = vec![("PCTRL_MOD".to_owned(), "no bound: why".to_owned())];

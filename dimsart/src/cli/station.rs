@@ -16,14 +16,15 @@ pub(super) fn station(
 ) -> Result<Station, String> {
     let is_wrong = |error: ConnectError| format!("{port}: {error}");
     let line = broker::open(port, baud).map_err(|error| is_wrong(error.into()))?;
-    let device = Device::greet(line, Timeouts::default(), kinds).map_err(is_wrong)?;
+    let device = Device::identify(line, Timeouts::default(), kinds).map_err(is_wrong)?;
     let name = name.unwrap_or_else(|| device.identity().device.clone());
     let open: OpenLine = Box::new({
         let port = port.to_owned();
         move || Ok(broker::open(&port, baud)?)
     });
     let baud = line_baud(port, baud);
-    let access = Access { port: port.to_owned(), open, kinds, baud, hand: None, geometry: None, recordings: None };
+    let access =
+        Access { port: port.to_owned(), open, kinds, baud, hand: None, geometry: None, recordings: None };
     Station::new(number, &name, access).map_err(|error| format!("{port}: {error}"))
 }
 

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use comfy_table::{CellAlignment, Table as TextTable};
 
 use super::output::text_table;
-use crate::report::{Fact, Table};
+use crate::report::{SummaryRow, Table};
 use dimsart_core::types;
 use hil_sim::bus::Traffic;
 use hil_sim::outcome::{
@@ -29,7 +29,7 @@ pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
 }
 
 /// Prints the figures of the run, then of each axis.
-fn print_tables(out: &mut dyn Write, facts: Vec<Fact>, axes: Table) -> io::Result<()> {
+fn print_tables(out: &mut dyn Write, facts: Vec<SummaryRow>, axes: Table) -> io::Result<()> {
     let mut table = text_table();
     for fact in facts {
         table.add_row([fact.name, fact.value, fact.unit, fact.note]);
@@ -53,12 +53,12 @@ fn right_aligned(mut table: TextTable, columns: std::ops::Range<usize>) -> TextT
     table
 }
 
-fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
-    Fact { name: name.to_owned(), value, unit: unit.to_owned(), note: note.to_owned() }
+fn fact(name: &str, value: String, unit: &str, note: &str) -> SummaryRow {
+    SummaryRow { name: name.to_owned(), value, unit: unit.to_owned(), note: note.to_owned() }
 }
 
 /// The figures of a run as a whole.
-pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
+pub(super) fn facts(outcome: &Outcome) -> Vec<SummaryRow> {
     let (stable, note) = match outcome.stable {
         true => ("yes", "all signals in range; no growth, no sustained oscillation"),
         false if outcome.faults.is_empty() => {
@@ -107,7 +107,7 @@ fn has_contacts(outcome: &Outcome) -> bool {
 }
 
 /// Minimum energy at the robots' ports.
-fn port_energy(energy_j: f64) -> Fact {
+fn port_energy(energy_j: f64) -> SummaryRow {
     let (value, note) = match energy_j < 0.0 {
         true => (
             format!("{energy_j:.3e}"),
@@ -122,7 +122,7 @@ fn port_energy(energy_j: f64) -> Fact {
 }
 
 /// Limit cycles, if any.
-fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
+fn limit_cycles(cycles: &[LimitCycle]) -> Option<SummaryRow> {
     let widest = cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
     let LimitCycle { device, axis, hz, amplitude, .. } = widest;
     let note = format!(
@@ -132,7 +132,7 @@ fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
 }
 
 /// Lost packets at all receivers; none without a receiver.
-fn lost(received: &[Received]) -> Option<Fact> {
+fn lost(received: &[Received]) -> Option<SummaryRow> {
     let sum: u64 = received.iter().map(|received| u64::from(received.lost)).sum();
     let is_clean = |received: &&Received| received.lost + received.superseded + received.refused == 0;
     let clean: Vec<&str> =
@@ -151,7 +151,7 @@ fn lost(received: &[Received]) -> Option<Fact> {
 }
 
 /// Load and errors of a medium.
-fn medium(traffic: &Traffic) -> Fact {
+fn medium(traffic: &Traffic) -> SummaryRow {
     let Traffic { medium, load, packets, dropped, errors, bus_offs, longest_s } = traffic;
     let gone = if *bus_offs > 0 { format!(", {bus_offs} bus-off") } else { String::new() };
     let note = format!(
@@ -161,7 +161,7 @@ fn medium(traffic: &Traffic) -> Fact {
     fact(medium, format!("{:.1}", 100.0 * load), "%", &note)
 }
 
-fn saturated(found: &Saturation, simulated_s: f64) -> Fact {
+fn saturated(found: &Saturation, simulated_s: f64) -> SummaryRow {
     let Saturation { device, axis, time_s } = found;
     let share = 100.0 * time_s / simulated_s.max(f64::MIN_POSITIVE);
     let note = format!(
@@ -170,14 +170,14 @@ fn saturated(found: &Saturation, simulated_s: f64) -> Fact {
     fact("saturated", format!("{time_s:.3}"), "s", &note)
 }
 
-fn perceived(felt: &PerceivedStiffness) -> Fact {
+fn perceived(felt: &PerceivedStiffness) -> SummaryRow {
     let PerceivedStiffness { device, axis, met_by, unit, stiffness, unsettled } = felt;
     let settled = unsettled.as_ref().map_or_else(String::new, |how| format!("; NOT settled: {how}"));
     let note = format!("hand at axis {axis} of {device}, obstacle at {met_by}{settled}");
     fact("perceived stiffness", format!("{stiffness:.1}"), unit, &note)
 }
 
-fn round_trip(outcome: &Outcome) -> Fact {
+fn round_trip(outcome: &Outcome) -> SummaryRow {
     let note = match outcome.round_trip_ticks {
         None => "no reply, or the peer's scheme is unknown",
         Some(_) => "measured on the link, plus delay of the delay modules",
@@ -186,7 +186,7 @@ fn round_trip(outcome: &Outcome) -> Fact {
     fact("round trip", ticks, "ticks", note)
 }
 
-fn channel_energy(energy_min_j: Option<f64>) -> Fact {
+fn channel_energy(energy_min_j: Option<f64>) -> SummaryRow {
     let (value, note) = match energy_min_j {
         None => (NONE.to_owned(), "requires wave variables on both sides"),
         Some(energy_j) if energy_j < 0.0 => {
@@ -198,7 +198,7 @@ fn channel_energy(energy_min_j: Option<f64>) -> Fact {
 }
 
 /// Figures of a single side in real time, and figures that it lacks.
-fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
+fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<SummaryRow> {
     let RealTime { side, late_ticks, worst_lateness_s } = real_time;
     let latest = format!(
         "of {} ticks, late by more than a period; max delay {:.3} ms",

@@ -15,7 +15,7 @@ use super::output::say;
 use super::run::{stop_on_interrupt, style};
 use crate::report;
 use crate::rig_argument;
-use crate::sweep::{self, Grid, Shard, SweepFile, SweepTable, Values, map};
+use crate::sweep::{self, Grid, GridAxis, Shard, SweepFile, SweepTable, map};
 
 /// Run a grid of settings on all cores, and write a CSV and a map.
 ///
@@ -31,7 +31,7 @@ pub(super) struct Sweep {
     /// `KEY=A,B,C`, `KEY=FROM:TO:STEP` or `KEY=log:FROM:TO:COUNT`; `KEY+KEY=...` sets several keys to the same value. Default:
     /// round-trip time and wall stiffness, for the stability map.
     #[arg(long = "vary", value_name = "KEY=VALUES")]
-    vary: Vec<Values>,
+    vary: Vec<GridAxis>,
     /// Change a setting of all points, such as `dof=1`; repeatable.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,

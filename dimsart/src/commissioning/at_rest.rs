@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use boards::catalogue::BoardInfo;
 
 use super::Check;
-use crate::connect::{ConnectError, Device, SignalReport, ValueText};
+use crate::connect::{ConnectError, Device, DisplayValue, SignalReport};
 
 /// Offset of current measurements without a current, as a share of the maximum.
 const CURRENT_SHARE: f64 = 0.03;
@@ -44,13 +44,13 @@ impl Looks {
     }
 }
 
-fn number(value: &ValueText) -> f64 {
+fn number(value: &DisplayValue) -> f64 {
     match value {
-        ValueText::Real(value) => f64::from(*value),
+        DisplayValue::Real(value) => f64::from(*value),
         #[expect(clippy::cast_precision_loss, reason = "of 32 bits")]
-        ValueText::Whole(value) => *value as f64,
-        ValueText::Flag(value) => f64::from(u8::from(*value)),
-        ValueText::Name(_) => f64::NAN,
+        DisplayValue::Whole(value) => *value as f64,
+        DisplayValue::Flag(value) => f64::from(u8::from(*value)),
+        DisplayValue::Name(_) => f64::NAN,
     }
 }
 

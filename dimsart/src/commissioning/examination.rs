@@ -3,14 +3,16 @@
 use std::io::{Read, Write};
 
 use boards::BOARDS;
-use dimsart_core::Reason;
-use dimsart_core::stamp::UNSTAMPED;
+use dimsart_core::SafetyReason;
+use dimsart_core::stamp::UNSTAMPED_SUFFIX;
 use dimsart_link::protocol::{NO_CLIENT, PROTOCOL_VERSION};
 use dimsart_link::{EventKind, StartCause};
 
 use super::at_rest::{self, Looks};
-use super::{Check, Surroundings, watch_ticks};
-use crate::connect::{ConnectError, Device, Events, Faults, StatusReport, StoredSchemesReport, TimingText};
+use super::{BoardEnvironment, Check, observe_ticks};
+use crate::connect::{
+    ConnectError, Device, Events, Faults, StatusReport, StoredSchemesReport, TickTimingReport,
+};
 
 /// Time to watch ticks, `s`.
 const WATCHED_S: f64 = 1.0;
@@ -21,7 +23,7 @@ const WATCHED_S: f64 = 1.0;
 /// [`ConnectError`] if the device stops answering.
 pub fn examine<S: Read + Write>(
     device: &mut Device<S>,
-    around: &impl Surroundings,
+    around: &impl BoardEnvironment,
     name: Option<&str>,
 ) -> Result<Vec<Check>, ConnectError> {
     let begun_s = around.now_s();
@@ -37,11 +39,11 @@ pub fn examine<S: Read + Write>(
     checks.push(start(&device.events()?));
     checks.push(scheme(before.schemes.as_ref()));
     let mut looks = Looks::begin(device)?;
-    checks.extend(watch_ticks(device, around, WATCHED_S)?.0);
+    checks.extend(observe_ticks(device, around, WATCHED_S)?.0);
     looks.look(device)?;
     let after = device.status_report()?;
     // A missing peer is not a fault here.
-    let is_wrong = |reason: &Reason| reason.is_fault() && *reason != Reason::LinkDown;
+    let is_wrong = |reason: &SafetyReason| reason.is_fault() && *reason != SafetyReason::LinkDown;
     let reason = device.reason()?.filter(is_wrong).is_some();
     checks.push(faults(&device.faults()?, reason));
     let holder = [&before, &after].into_iter().find_map(holder);
@@ -78,10 +80,10 @@ fn holder(status: &StatusReport) -> Option<u8> {
     status.lease.map(|lease| lease.holder).filter(|holder| *holder != NO_CLIENT)
 }
 
-fn stamp(image: &str, timing: Option<&TimingText>) -> Check {
+fn stamp(image: &str, timing: Option<&TickTimingReport>) -> Check {
     let name = "image";
     let limit = timing.and_then(|timing| timing.limit_cycles);
-    let is_unstamped = image.ends_with(UNSTAMPED);
+    let is_unstamped = image.ends_with(UNSTAMPED_SUFFIX);
     if !is_unstamped && limit.is_none() {
         return Check::not_run(
             name,

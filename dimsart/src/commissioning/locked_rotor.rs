@@ -7,8 +7,8 @@ use hil_sim::recording::{Column, Recording};
 use hil_sim::schemes::SchemeText;
 
 use super::ticks::wait;
-use super::{Check, Surroundings};
-use crate::connect::{ALL_DESTINATIONS, ConnectError, Device, Tap, TapRow};
+use super::{BoardEnvironment, Check};
+use crate::connect::{ALL_DESTINATIONS, ConnectError, Device, Subscription, SubscriptionRow};
 use crate::report::{Curve, Figure, Level, Panel};
 
 /// A constant torque, initially 0.
@@ -59,11 +59,11 @@ impl Step {
 }
 
 impl LockedRotor {
-    /// Replaces the scheme by a constant torque of 0. Returns the rows of the old scheme, for [`put_back`](Self::put_back).
+    /// Replaces the scheme by a constant torque of 0. Returns the rows of the old scheme, for [`restore_scheme`](Self::restore_scheme).
     ///
     /// # Errors
     /// [`ConnectError`] if the device does not answer or refuses the scheme.
-    pub fn prepare<S: Read + Write>(device: &mut Device<S>) -> Result<String, ConnectError> {
+    pub fn load_zero_torque_scheme<S: Read + Write>(device: &mut Device<S>) -> Result<String, ConnectError> {
         let rows = device.scheme_rows(None)?;
         let scheme = SchemeText { name: "constant-torque scheme".to_owned(), text: SCHEME.to_owned() };
         device.replace_scheme(&scheme, ALL_DESTINATIONS)?;
@@ -74,9 +74,9 @@ impl LockedRotor {
     ///
     /// # Errors
     /// [`ConnectError`] if the device does not answer or refuses the lease.
-    pub fn align<S: Read + Write>(
+    pub fn align_encoder<S: Read + Write>(
         device: &mut Device<S>,
-        around: &impl Surroundings,
+        around: &impl BoardEnvironment,
     ) -> Result<(), ConnectError> {
         device.hold_lease()?;
         let waited = wait(device, around, ALIGNING_S);
@@ -87,15 +87,15 @@ impl LockedRotor {
     /// Arms the board for less than a second and commands the step.
     ///
     /// # Errors
-    /// As [`align`](Self::align).
+    /// As [`align_encoder`](Self::align_encoder).
     pub fn step<S: Read + Write>(
         &self,
         device: &mut Device<S>,
-        around: &impl Surroundings,
+        around: &impl BoardEnvironment,
     ) -> Result<(Check, Step), ConnectError> {
         let names = SIGNALS.map(str::to_owned);
         device.require_signals(&names)?;
-        let mut tap = Tap::new(1).of(&names);
+        let mut tap = Subscription::new(1).with_signals(&names);
         device.hold_lease()?;
         let recorded = self.record(device, around, &mut tap);
         // Also after an error.
@@ -112,8 +112,8 @@ impl LockedRotor {
     /// Restores the old scheme.
     ///
     /// # Errors
-    /// As [`align`](Self::align).
-    pub fn put_back<S: Read + Write>(device: &mut Device<S>, rows: &str) -> Result<(), ConnectError> {
+    /// As [`align_encoder`](Self::align_encoder).
+    pub fn restore_scheme<S: Read + Write>(device: &mut Device<S>, rows: &str) -> Result<(), ConnectError> {
         let scheme = SchemeText { name: "previous scheme".to_owned(), text: rows.to_owned() };
         device.replace_scheme(&scheme, ALL_DESTINATIONS).map(drop)
     }
@@ -121,25 +121,31 @@ impl LockedRotor {
     fn record<S: Read + Write>(
         &self,
         device: &mut Device<S>,
-        around: &impl Surroundings,
-        tap: &mut Tap,
-    ) -> Result<(Vec<TapRow>, Option<&'static str>), ConnectError> {
+        around: &impl BoardEnvironment,
+        tap: &mut Subscription,
+    ) -> Result<(Vec<SubscriptionRow>, Option<&'static str>), ConnectError> {
         let mut rows = Vec::new();
         for (torque_nm, time_s) in [(0.0, BEFORE_S), (self.torque_nm, STEP_S), (0.0, BEFORE_S)] {
             device.set("SIGGEN_MOD", "AMPLITUDE[0]", &torque_nm.to_string())?;
             let end_s = around.now_s() + time_s;
             while around.now_s() < end_s {
-                rows.extend(device.tap(tap, A_MOMENT)?);
+                rows.extend(device.receive_rows(tap, A_MOMENT)?);
             }
         }
-        Ok((rows, device.reason()?.map(dimsart_core::Reason::name)))
+        Ok((rows, device.reason()?.map(dimsart_core::SafetyReason::name)))
     }
 
     fn wanted_a(&self) -> f64 {
         self.torque_nm / self.torque_constant_nm_per_a
     }
 
-    fn judge(&self, rows: &[TapRow], widths: &[usize], period_s: f64, reason: Option<&str>) -> Check {
+    fn judge(
+        &self,
+        rows: &[SubscriptionRow],
+        widths: &[usize],
+        period_s: f64,
+        reason: Option<&str>,
+    ) -> Check {
         let name = "torque on a locked rotor";
         let next =
             "check the motor's torque constant in the catalogue, the shunt scaling and the phase wires";
@@ -177,7 +183,7 @@ impl LockedRotor {
         )
     }
 
-    fn draw(&self, rows: &[TapRow], widths: &[usize], period_s: f64) -> Step {
+    fn draw(&self, rows: &[SubscriptionRow], widths: &[usize], period_s: f64) -> Step {
         let columns = [("DES_FORCE / kt", "A"), ("MOTOR_CURRENT", "A"), ("POSITION", "rad")];
         let columns = columns.map(|(signal, unit)| Column {
             source: "board".to_owned(),
@@ -194,7 +200,7 @@ impl LockedRotor {
             let values = [force_nm / self.torque_constant_nm_per_a, current_a, angle_rad];
             recording.add_row(time_s).iter_mut().zip(values).for_each(|(place, value)| *place = value);
         }
-        let curve = |label: &str, column| Curve { label: label.to_owned(), column, minus: None };
+        let curve = |label: &str, column| Curve { label: label.to_owned(), column, subtracted_column: None };
         let panel = |title: &str, y_label: &str, curves, levels| Panel {
             title: title.to_owned(),
             y_label: y_label.to_owned(),
@@ -221,14 +227,14 @@ impl LockedRotor {
 }
 
 /// The first axis of each signal.
-fn firsts(row: &TapRow, widths: &[usize]) -> Option<[f64; 3]> {
+fn firsts(row: &SubscriptionRow, widths: &[usize]) -> Option<[f64; 3]> {
     let [force, current, _] = widths else { return None };
     let value = |place: usize| row.values.get(place).copied().filter(|value| value.is_finite());
     Some([value(0)?, value(*force)?, value(force + current)?])
 }
 
 /// The rows of the settled step.
-fn settled(rows: &[TapRow], widths: &[usize], torque_nm: f64, period_s: f64) -> Vec<[f64; 3]> {
+fn settled(rows: &[SubscriptionRow], widths: &[usize], torque_nm: f64, period_s: f64) -> Vec<[f64; 3]> {
     let on: Vec<(u32, [f64; 3])> = rows
         .iter()
         .filter_map(|row| Some((row.tick, firsts(row, widths)?)))

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use dimsart_link::protocol::{Refusal, StoreError};
 
 use super::ticks::wait;
-use super::{Check, Surroundings};
+use super::{BoardEnvironment, Check};
 use crate::connect::{ConnectError, Device, StoredSchemesReport};
 
 const NAME: &str = "save, restart, confirm";
@@ -22,12 +22,12 @@ const START_S: f64 = 5.0;
 /// [`ConnectError`] if the device does not answer.
 pub fn save_and_restart<S: Read + Write>(
     device: &mut Device<S>,
-    around: &mut impl Surroundings,
+    around: &mut impl BoardEnvironment,
 ) -> Result<Vec<Check>, ConnectError> {
     if !around.can_restart() {
         return Ok(vec![Check::not_run(NAME, "no restart command given (--restart)")]);
     }
-    if device.kept()?.is_none() {
+    if device.stored_schemes()?.is_none() {
         return Ok(vec![Check::not_run(NAME, "the device stores no schemes")]);
     }
     let before = device.timing()?;
@@ -59,7 +59,7 @@ pub fn save_and_restart<S: Read + Write>(
 
 fn tried<S: Read + Write>(
     device: &mut Device<S>,
-    around: &mut impl Surroundings,
+    around: &mut impl BoardEnvironment,
     saved: &StoredSchemesReport,
 ) -> Result<Check, ConnectError> {
     let wrong = |found: String| Check::new(NAME, false, found, EXPECTED, NEXT);
@@ -79,7 +79,7 @@ fn tried<S: Read + Write>(
                 Err(_) => {}
             }
         }
-        let kept = device.kept()?;
+        let kept = device.stored_schemes()?;
         let origin = kept.as_ref().map_or("nothing", |kept| kept.origin);
         if origin != wanted {
             return Ok(wrong(format!(

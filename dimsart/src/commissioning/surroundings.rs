@@ -6,7 +6,7 @@ use std::time::Instant;
 use chips::SharedBoard;
 
 /// Reference clock and restart of a board.
-pub trait Surroundings {
+pub trait BoardEnvironment {
     /// Returns the time by a clock independent of the board, `s`.
     fn now_s(&self) -> f64;
 
@@ -25,13 +25,13 @@ pub trait Surroundings {
 
 /// This computer, with a board at one of its ports.
 #[derive(Debug)]
-pub struct Computer {
+pub struct HostComputer {
     begun: Instant,
     is_simulated: bool,
     restart: Option<String>,
 }
 
-impl Computer {
+impl HostComputer {
     /// For a board at a port; `restart` is a command line that restarts the board.
     #[must_use]
     pub fn new(port: &str, restart: Option<String>) -> Self {
@@ -40,7 +40,7 @@ impl Computer {
     }
 }
 
-impl Surroundings for Computer {
+impl BoardEnvironment for HostComputer {
     fn now_s(&self) -> f64 {
         self.begun.elapsed().as_secs_f64()
     }
@@ -70,7 +70,7 @@ impl Surroundings for Computer {
 }
 
 /// An emulated board: simulated time.
-impl Surroundings for SharedBoard {
+impl BoardEnvironment for SharedBoard {
     fn now_s(&self) -> f64 {
         self.bench().time_s()
     }

@@ -4,8 +4,8 @@ use std::io::{Read, Write};
 use std::time::Duration;
 
 use super::jitter::{self, Histogram};
-use super::{Check, Surroundings};
-use crate::connect::{ConnectError, Device, LiveReport, Tap, TimingText};
+use super::{BoardEnvironment, Check};
+use crate::connect::{ConnectError, Device, LiveReport, Subscription, TickTimingReport};
 
 /// Three heartbeats, `s`.
 const SILENCE_S: f64 = 0.3;
@@ -21,7 +21,7 @@ const MEASURED: [&str; 2] = ["TICK_CYCLES", "TICK_PERIOD"];
 /// Counters of a board at a time.
 struct Counted {
     ticks: u64,
-    timing: Option<TimingText>,
+    timing: Option<TickTimingReport>,
     live: LiveReport,
     /// Tick of the last heartbeat.
     heartbeat: Option<u64>,
@@ -33,7 +33,7 @@ struct Counted {
 impl Counted {
     fn ask<S: Read + Write>(
         device: &mut Device<S>,
-        around: &impl Surroundings,
+        around: &impl BoardEnvironment,
     ) -> Result<Self, ConnectError> {
         let timing = device.timing()?;
         let live = device.live()?;
@@ -49,14 +49,14 @@ impl Counted {
 ///
 /// # Errors
 /// [`ConnectError`] if the device does not answer.
-pub fn watch_ticks<S: Read + Write>(
+pub fn observe_ticks<S: Read + Write>(
     device: &mut Device<S>,
-    around: &impl Surroundings,
+    around: &impl BoardEnvironment,
     duration_s: f64,
 ) -> Result<(Vec<Check>, Option<Histogram>), ConnectError> {
     let [measured, _] = device.device_types()?;
     let sent: Vec<String> = measured.into_iter().filter(|name| MEASURED.contains(&name.as_str())).collect();
-    let mut tap = Tap::new(SENT_EVERY).of(&sent);
+    let mut tap = Subscription::new(SENT_EVERY).with_signals(&sent);
     // The first heartbeat has the count of earlier losses.
     wait(device, around, 0.15)?;
     let before = Counted::ask(device, around)?;
@@ -65,7 +65,7 @@ pub fn watch_ticks<S: Read + Write>(
         if sent.is_empty() {
             device.listen(A_MOMENT)?;
         } else {
-            rows.extend(device.tap(&mut tap, A_MOMENT)?);
+            rows.extend(device.receive_rows(&mut tap, A_MOMENT)?);
         }
     }
     let after = Counted::ask(device, around)?;
@@ -93,7 +93,7 @@ pub fn watch_ticks<S: Read + Write>(
 /// Waits for a time of the board, and listens.
 pub(super) fn wait<S: Read + Write>(
     device: &mut Device<S>,
-    around: &impl Surroundings,
+    around: &impl BoardEnvironment,
     time_s: f64,
 ) -> Result<(), ConnectError> {
     let end_s = around.now_s() + time_s;
@@ -103,7 +103,7 @@ pub(super) fn wait<S: Read + Write>(
     Ok(())
 }
 
-fn rate(name: &str, around: &impl Surroundings, before: &Counted, after: &Counted, hz: f64) -> Check {
+fn rate(name: &str, around: &impl BoardEnvironment, before: &Counted, after: &Counted, hz: f64) -> Check {
     if !around.keeps_time() {
         return Check::not_run(name, "the board's time is simulated");
     }
@@ -152,7 +152,7 @@ fn in_time(name: &str, before: &Counted, after: &Counted) -> Check {
 }
 
 /// The bound is for a tick without a request: compares the sampled ticks, else the mean of all ticks.
-fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
+fn duration(name: &str, timing: Option<&TickTimingReport>, cycles: &[f64]) -> Check {
     let Some((timing, mean, most, bound)) = timing
         .and_then(|timing| Some((timing, timing.mean_cycles?, timing.max_cycles?, timing.bound_cycles?)))
     else {

@@ -36,7 +36,7 @@ pub fn deviations(configuration: &Configuration) -> Vec<Deviation> {
         };
         let before = found.len();
         for setting in &module.settings {
-            let differences = setting.as_default().differences(setting).into_iter();
+            let differences = setting.with_defaults().differences(setting).into_iter();
             found.extend(differences.map(|(name, [default, value])| {
                 deviation(Some(name), Some(value), Some(default), setting.unit.clone())
             }));

@@ -112,7 +112,7 @@ fn added(module: &Module, place: usize, changes: &mut Vec<Change>) {
     changes.push(whole(ChangeKind::Added, module, String::new(), place_text(module, place)));
     let settings = module.settings.iter();
     changes.extend(settings.flat_map(|setting| {
-        compared(ChangeKind::Added, ChangeKind::Added, module, &setting.as_default(), setting)
+        compared(ChangeKind::Added, ChangeKind::Added, module, &setting.with_defaults(), setting)
     }));
 }
 
@@ -127,12 +127,12 @@ fn changed(before: &Module, module: &Module, changes: &mut Vec<Change>) {
     let compare =
         |from: &Setting, to: &Setting| compared(ChangeKind::Changed, ChangeKind::Bound, module, from, to);
     for setting in &module.settings {
-        let from = named(&before.settings, &setting.name).unwrap_or_else(|| setting.as_default());
+        let from = named(&before.settings, &setting.name).unwrap_or_else(|| setting.with_defaults());
         changes.extend(compare(&from, setting));
     }
     for setting in &before.settings {
         if named(&module.settings, &setting.name).is_none() {
-            changes.extend(compare(setting, &setting.as_default()));
+            changes.extend(compare(setting, &setting.with_defaults()));
         }
     }
 }

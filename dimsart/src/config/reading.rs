@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use dimsart_core::scheme::{self, PORT_PREFIX, Row, RowError, SchemeError};
 use dimsart_core::{Command, CommandError, KindId, ModuleRef, ParameterError, Value, Vocabulary};
 use hil_sim::law::{self, Law, LawVocabulary};
-use hil_sim::schemes::{Explained, SIDES};
+use hil_sim::schemes::{SIDES, SchemeErrorMessage};
 
 use super::{Configuration, Module, Setting, UnknownRow};
 
@@ -27,8 +27,9 @@ impl Configuration {
                     column: error.place.column,
                     row: words.join(" "),
                     reason: {
-                        let law = law::runner(&row, known).and_then(|module| reader.law_of(module));
-                        Explained { error, known: &LawVocabulary::new(known, law.as_ref()) }.to_string()
+                        let law = law::law_module(&row, known).and_then(|module| reader.law_of(module));
+                        SchemeErrorMessage { error, known: &LawVocabulary::new(known, law.as_ref()) }
+                            .to_string()
                     },
                 });
             }
@@ -95,10 +96,10 @@ impl<V: Vocabulary + ?Sized> Reader<'_, V> {
     }
 
     fn take<'r>(&mut self, row: &Row<'r>, side: &str) -> Result<(), SchemeError<'r>> {
-        if !row.is_for(side, SIDES)? {
+        if !row.applies_to(side, SIDES)? {
             return Ok(());
         }
-        let law = law::runner(row, self.known).and_then(|module| self.law_of(module));
+        let law = law::law_module(row, self.known).and_then(|module| self.law_of(module));
         let read = LawVocabulary::new(self.known, law.as_ref()).command(row);
         let Some(port) = row.word(2).strip_prefix(PORT_PREFIX) else { return self.apply(row, read?) };
         // Ports can depend on parameters, which only the device has.

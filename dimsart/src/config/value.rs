@@ -1,7 +1,7 @@
 //! Values of parameters and ports, in the notation of schemes.
 
 use dimsart_core::scheme::PORT_PREFIX;
-use dimsart_core::{Accepted, Entries, ParameterText, Value, Vocabulary};
+use dimsart_core::{ParameterDescription, ParameterShape, ParameterTypeDescription, Value, Vocabulary};
 use hil_sim::schemes;
 
 /// A parameter's values, or a port's signal.
@@ -16,14 +16,14 @@ pub struct Setting {
     /// Unit; empty for a pure number.
     pub unit: String,
     /// Indices of the entries, on a device with `dof` axes.
-    entries: Entries,
+    entries: ParameterShape,
     dof: u8,
 }
 
 impl Setting {
     /// A parameter with these values, or defaults where none.
     pub(super) fn of_parameter(
-        found: &ParameterText<'_>,
+        found: &ParameterDescription<'_>,
         values: &[Option<Value>],
         known: &(impl Vocabulary + ?Sized),
     ) -> Self {
@@ -34,7 +34,7 @@ impl Setting {
             name: found.name.to_owned(),
             values: values.iter().map(value).collect(),
             unit: match found.accepts {
-                Accepted::Types => String::new(),
+                ParameterTypeDescription::Types => String::new(),
                 _ => found.unit.for_axes(known.axes()).to_string(),
             },
             default,
@@ -50,7 +50,7 @@ impl Setting {
             values: vec![signal.to_owned()],
             default: Some(default),
             unit: String::new(),
-            entries: Entries::ONE,
+            entries: ParameterShape::ONE,
             dof: 0,
         }
     }
@@ -63,7 +63,7 @@ impl Setting {
 
     /// Returns the setting with all values at their defaults.
     #[must_use]
-    pub fn as_default(&self) -> Self {
+    pub fn with_defaults(&self) -> Self {
         let values = self.default.iter().flat_map(|value| vec![value.clone(); self.values.len()]);
         Self { values: values.collect(), ..self.clone() }
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::command::ALL_DESTINATIONS;
-use super::{ConnectError, Device, Recorded};
+use super::{ConnectError, Device, RecorderRows};
 use hil_sim::schemes::SchemeText;
 
 /// Polling interval.
@@ -35,7 +35,7 @@ pub struct Capture {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Captured {
     /// Rows around the trigger; `None` if the wait was cancelled.
-    pub recorded: Option<Recorded>,
+    pub recorded: Option<RecorderRows>,
     /// Why the recorder could not be removed.
     pub stays: Option<String>,
 }
@@ -57,7 +57,7 @@ impl<S: Read + Write> Device<S> {
         if usize::try_from(*word).is_ok_and(|word| word >= values) {
             let reason =
                 format!("{signal} has no word {word}: the signal has {values} words, counted from 0");
-            return Err(ConnectError::Word(reason));
+            return Err(ConnectError::InvalidWord(reason));
         }
         let (name, number) = self.free_recorder()?;
         let length = rows_before.saturating_add(*rows_after).saturating_add(1);
@@ -79,7 +79,7 @@ impl<S: Read + Write> Device<S> {
         self.send_rows_as_one(&format!("{rows}all MOD_ENG MOD_ON {name}\n"))?;
         let waited = self.wait_for(&name, *rows_after, &mut is_over);
         let recorded = waited.and_then(|is_caught| match is_caught {
-            true => self.recorded(Some(&name)).map(Some),
+            true => self.read_recorder(Some(&name)).map(Some),
             false => Ok(None),
         });
         let away =

@@ -36,7 +36,7 @@ impl<S: Read + Write> Device<S> {
     /// Reads value, unit and range of a parameter, `K_PARAM`, or of one axis, `K_PARAM[0]`.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for an unknown name or a module that does not exist.
+    /// [`ConnectError::InvalidWord`] for an unknown name or a module that does not exist.
     pub fn get(&mut self, module: &str, parameter: &str) -> Result<ParameterReport, ConnectError> {
         let row = Row::from_words(&[ALL_DESTINATIONS, module, parameter]);
         let law = self.law_of(&row)?;
@@ -58,7 +58,7 @@ impl<S: Read + Write> Device<S> {
         }
         let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
         let name = self.module_name(module)?;
-        Err(ConnectError::Word(format!(
+        Err(ConnectError::InvalidWord(format!(
             "the device has no module {name}: `set` or `on` creates it (existing modules: {known})"
         )))
     }
@@ -66,7 +66,7 @@ impl<S: Read + Write> Device<S> {
     /// Sets a parameter, `K_PARAM` or `K_PARAM[0]`, or binds a port, `PORT_FORCE`.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for an unknown name or value, [`ConnectError::Command`] when the device refuses it; nothing has
+    /// [`ConnectError::InvalidWord`] for an unknown name or value, [`ConnectError::Command`] when the device refuses it; nothing has
     /// changed then.
     pub fn set(
         &mut self,
@@ -77,13 +77,13 @@ impl<S: Read + Write> Device<S> {
         let row = Row::from_words(&[ALL_DESTINATIONS, module, parameter, value]);
         let law = self.law_of(&row)?;
         let command = match self.read(law.as_ref(), |known| known.command(&row)) {
-            Err(ConnectError::Word(wrong)) => {
+            Err(ConnectError::InvalidWord(wrong)) => {
                 let stays = match self.get(module, parameter) {
                     Ok(report) => format!("; {module} {parameter} stays {}", report.values_text()),
                     Err(error @ ConnectError::Line(_)) => return Err(error),
                     Err(_) => String::new(),
                 };
-                return Err(ConnectError::Word(format!("{wrong}{stays}")));
+                return Err(ConnectError::InvalidWord(format!("{wrong}{stays}")));
             }
             command => command?,
         };
@@ -107,7 +107,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn on(&mut self, module: &str, before: Option<&str>) -> Result<CommandOutcome, ConnectError> {
+    pub fn plug_in(&mut self, module: &str, before: Option<&str>) -> Result<CommandOutcome, ConnectError> {
         let reference = self.module(module)?;
         if let Some(before) = before {
             let before = self.module(before)?;
@@ -127,7 +127,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn off(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
+    pub fn unplug(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
         let reference = self.module(module)?;
         let effect = self.give(Command::Unplug(reference))?;
         self.change(format!("{module} is unplugged and keeps its parameters"), &effect)
@@ -159,7 +159,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn init(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
+    pub fn reset_parameters(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
         self.give_to(module, Command::InitModule, "has its default parameters")
     }
 
@@ -167,7 +167,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn close(&mut self, module: Option<&str>) -> Result<CommandOutcome, ConnectError> {
+    pub fn delete_module(&mut self, module: Option<&str>) -> Result<CommandOutcome, ConnectError> {
         let Some(module) = module else {
             let effect = self.give(Command::Close)?;
             return self.change("all modules deleted".to_owned(), &effect);

@@ -14,7 +14,7 @@ impl<S: Read + Write> Device<S> {
     /// [`ConnectError::Line`] when the device does not answer, or uses a command of a newer version.
     pub fn commands(&mut self) -> Result<Vec<Command>, ConnectError> {
         let commands: Option<Vec<Command>> = self.commands_known()?.into_iter().collect();
-        commands.ok_or(ConnectError::Line(LineError::NotUnderstood))
+        commands.ok_or(ConnectError::Line(LineError::Unsupported))
     }
 
     /// Reads the commands as [`commands`](Self::commands) does; `None` stands for a command of a newer version.
@@ -25,9 +25,9 @@ impl<S: Read + Write> Device<S> {
         };
         let (mut cursor, mut commands) = (CommandCursor::default(), Vec::new());
         loop {
-            let (place, index) = cursor.place_and_index();
+            let (place, index) = cursor.next_command_location();
             let command = match self.ask(&Request::SchemeCommand { place, index }, take) {
-                Err(ConnectError::Line(LineError::NotUnderstood)) => Some(None),
+                Err(ConnectError::Line(LineError::Unsupported)) => Some(None),
                 command => command?.map(Some),
             };
             commands.extend(command);

@@ -7,12 +7,12 @@ use hil_sim::schemes::SchemeText;
 
 use super::command::ALL_DESTINATIONS;
 use super::scheme::Sending;
-use super::{ConnectError, Device, Sent};
+use super::{ConnectError, Device, SendOutcome};
 use crate::config::{Configuration, text};
 
 /// A configuration that replaces the present one.
 #[derive(Debug, Clone, Copy)]
-pub struct Exchange<'a> {
+pub struct ConfigurationReplacement<'a> {
     /// Its rows.
     pub scheme: &'a SchemeText,
     /// Side whose rows are sent.
@@ -56,8 +56,11 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`send_scheme`](Self::send_scheme).
-    pub fn exchange(&mut self, exchange: Exchange<'_>) -> Result<Sent, ConnectError> {
-        let Exchange { scheme, side, skips_unknown, is_dry_run } = exchange;
+    pub fn replace_configuration(
+        &mut self,
+        exchange: ConfigurationReplacement<'_>,
+    ) -> Result<SendOutcome, ConnectError> {
+        let ConfigurationReplacement { scheme, side, skips_unknown, is_dry_run } = exchange;
         let wanted = self.read_configuration(&scheme.text, side)?;
         let mut first = Vec::new();
         for instance in self.instances()? {

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::{AxisKind, DataTypeText, Shape, Vocabulary};
+use dimsart_core::{AxisKind, DataTypeDescription, Shape, Vocabulary};
 use serde::Serialize;
 
 use super::{ConnectError, Device};
@@ -27,7 +27,7 @@ pub struct DataTypeReport {
 }
 
 impl SignalForm {
-    pub(super) fn of(data_type: &DataTypeText<'_>, axes: &[AxisKind]) -> Self {
+    pub(super) fn of(data_type: &DataTypeDescription<'_>, axes: &[AxisKind]) -> Self {
         let (unit, dof) = (data_type.unit.for_axes(axes).to_string(), axes.len());
         let shape = match data_type.shape {
             Shape::Scalar => "1".to_owned(),
@@ -46,7 +46,7 @@ impl<S: Read + Write> Device<S> {
     /// [`ConnectError`] when the device does not answer.
     pub fn data_types(&mut self) -> Result<Vec<DataTypeReport>, ConnectError> {
         self.know(|known| {
-            let report = |data_type: DataTypeText<'_>| DataTypeReport {
+            let report = |data_type: DataTypeDescription<'_>| DataTypeReport {
                 name: data_type.name.to_owned(),
                 form: SignalForm::of(&data_type, known.axes()),
             };

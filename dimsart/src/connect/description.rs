@@ -5,8 +5,8 @@ use std::fmt;
 
 use dimsart_core::scheme::{SWITCH, switch};
 use dimsart_core::{
-    Accepted, AxisKind, DataTypeText, Entries, Format, KindId, ModuleKinds, ModuleRef, ParameterText,
-    PortDescription, Shape, Unit, Value, Vocabulary,
+    AxisKind, DataTypeDescription, Format, KindId, ModuleKinds, ModuleRef, ParameterDescription,
+    ParameterShape, ParameterTypeDescription, PortDescription, Shape, Unit, Value, Vocabulary,
 };
 use dimsart_link::protocol::{self, Request, Response, decode_response};
 use hil_sim::recording::indices;
@@ -108,17 +108,17 @@ impl Description {
     }
 
     /// Converts a value to text with the names of the device.
-    pub(super) fn value_text(&self, value: Value, accepts: &Accepted<'_>) -> ValueText {
+    pub(super) fn value_text(&self, value: Value, accepts: &ParameterTypeDescription<'_>) -> DisplayValue {
         match (value, accepts) {
-            (Value::Real(value), _) => ValueText::Real(value),
-            (Value::Count(value), _) => ValueText::Whole(value.into()),
-            (Value::Integer(value), _) => ValueText::Whole(value.into()),
-            (Value::Flag(value), _) => ValueText::Flag(value),
-            (Value::Choice(index), Accepted::Choice(names)) => names
+            (Value::Real(value), _) => DisplayValue::Real(value),
+            (Value::Count(value), _) => DisplayValue::Whole(value.into()),
+            (Value::Integer(value), _) => DisplayValue::Whole(value.into()),
+            (Value::Flag(value), _) => DisplayValue::Flag(value),
+            (Value::Choice(index), ParameterTypeDescription::Choice(names)) => names
                 .get(usize::from(index))
-                .map_or(ValueText::Whole(index.into()), |name| ValueText::Name((*name).to_owned())),
-            (Value::Choice(index), _) => ValueText::Whole(index.into()),
-            (Value::Type(signal), _) => ValueText::Name(self.signal_name(signal).to_string()),
+                .map_or(DisplayValue::Whole(index.into()), |name| DisplayValue::Name((*name).to_owned())),
+            (Value::Choice(index), _) => DisplayValue::Whole(index.into()),
+            (Value::Type(signal), _) => DisplayValue::Name(self.signal_name(signal).to_string()),
         }
     }
 }
@@ -142,10 +142,10 @@ impl Vocabulary for Description {
     fn kind_name(&self, kind: KindId) -> Option<&str> {
         // Ids are derived from names, so kinds of this program are not read from the device.
         let known = self.kinds.kind(kind).map(|known| known.name);
-        known.or_else(|| self.kind_names().find(|name| KindId::of(name) == kind))
+        known.or_else(|| self.kind_names().find(|name| KindId::from_name(name) == kind))
     }
 
-    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>> {
+    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterDescription<'_>> {
         match self.answer(Request::Parameter { kind, index })? {
             Response::Parameter(found) => Some(found),
             _ => None,
@@ -159,7 +159,7 @@ impl Vocabulary for Description {
         }
     }
 
-    fn type_text(&self, index: u16) -> Option<DataTypeText<'_>> {
+    fn type_text(&self, index: u16) -> Option<DataTypeDescription<'_>> {
         match self.answer(Request::DataType { index })? {
             Response::DataType(found) => Some(found),
             _ => None,
@@ -186,29 +186,29 @@ impl WordText {
 }
 
 /// Describes the range of a parameter, and its number of entries.
-pub(crate) fn range_text(parameter: &ParameterText<'_>) -> String {
+pub(crate) fn range_text(parameter: &ParameterDescription<'_>) -> String {
     let takes = match &parameter.accepts {
         // Above 1e12 in scientific notation.
-        Accepted::Real { min, max } if max.abs() > 1e12 => format!("{min:e} to {max:e}"),
-        Accepted::Real { min, max } => format!("{min} to {max}"),
-        Accepted::Count { min, max } => format!("{min} to {max}"),
-        Accepted::Integer { min, max } => format!("{min} to {max}"),
-        Accepted::Flag => SWITCH.join(", "),
-        Accepted::Choice(names) => names.join(", "),
-        Accepted::Types => "a data type".to_owned(),
+        ParameterTypeDescription::Real { min, max } if max.abs() > 1e12 => format!("{min:e} to {max:e}"),
+        ParameterTypeDescription::Real { min, max } => format!("{min} to {max}"),
+        ParameterTypeDescription::Count { min, max } => format!("{min} to {max}"),
+        ParameterTypeDescription::Integer { min, max } => format!("{min} to {max}"),
+        ParameterTypeDescription::Flag => SWITCH.join(", "),
+        ParameterTypeDescription::Choice(names) => names.join(", "),
+        ParameterTypeDescription::Types => "a data type".to_owned(),
     };
     let or_axes = |count: u8| if count == 0 { "axes".to_owned() } else { count.to_string() };
     match parameter.entries {
-        Entries::ONE => takes,
-        Entries::AXES => format!("{takes}, per axis"),
-        Entries { rows, columns } => format!("{takes}, {} × {}", or_axes(rows), or_axes(columns)),
+        ParameterShape::ONE => takes,
+        ParameterShape::AXES => format!("{takes}, per axis"),
+        ParameterShape { rows, columns } => format!("{takes}, {} × {}", or_axes(rows), or_axes(columns)),
     }
 }
 
 /// A value for display: a number, or a name on the device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum ValueText {
+pub enum DisplayValue {
     /// A real number; null in JSON if it is NaN or infinite.
     Real(f32),
     /// A whole number.
@@ -219,7 +219,7 @@ pub enum ValueText {
     Name(String),
 }
 
-impl ValueText {
+impl DisplayValue {
     /// Converts a word of a signal.
     pub(super) fn of_word(word: u32, format: Format) -> Self {
         match format {
@@ -231,7 +231,7 @@ impl ValueText {
     }
 }
 
-impl fmt::Display for ValueText {
+impl fmt::Display for DisplayValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             // Scientific notation for very small and very large values.
@@ -247,6 +247,6 @@ impl fmt::Display for ValueText {
 }
 
 /// Joins values, separated by spaces.
-pub(super) fn joined(values: &[ValueText]) -> String {
+pub(super) fn joined(values: &[DisplayValue]) -> String {
     values.iter().map(ToString::to_string).collect::<Vec<_>>().join("  ")
 }

@@ -6,13 +6,13 @@ use dimsart_core::scheme::{RowError, SchemeError, SourceLocation};
 use dimsart_core::{ModuleKinds, ModuleRef, TypeRef, Vocabulary};
 use dimsart_link::protocol::LawAction;
 use dimsart_link::protocol::{
-    InstanceText, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, Status,
+    InstanceDescription, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, Status,
 };
 
 use super::description::{Description, Identity};
 use super::{ConnectError, LineError, RequestLine, Timeouts};
 use hil_sim::law::{Law, LawVocabulary};
-use hil_sim::schemes::Explained;
+use hil_sim::schemes::SchemeErrorMessage;
 
 /// Requests to a restarting board, each with the line's timeouts.
 const RESTARTING_LOOKS: u32 = 4;
@@ -43,9 +43,9 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Line`] without an answer, or for one that cannot be decoded; [`ConnectError::TooOld`].
-    pub fn greet(stream: S, patience: Timeouts, kinds: ModuleKinds) -> Result<Self, ConnectError> {
+    pub fn identify(stream: S, patience: Timeouts, kinds: ModuleKinds) -> Result<Self, ConnectError> {
         let mut line = RequestLine::new(stream, patience);
-        let identity = match line.ask(&Request::Identify)? {
+        let identity = match line.request(&Request::Identify)? {
             Response::Identity(identity) if identity.protocol_version < OLDEST_PROTOCOL_VERSION => {
                 return Err(ConnectError::TooOld(identity.protocol_version));
             }
@@ -130,7 +130,7 @@ impl<S: Read + Write> Device<S> {
         if !matches!(request, Request::Lease(_)) {
             self.renew_if_due()?;
         }
-        match self.line.ask(request)? {
+        match self.line.request(request)? {
             Response::Refused(Refusal::NotFound) => Ok(None),
             Response::Refused(refusal) => Err(ConnectError::Refused(refusal)),
             response => take(response).map(Some).ok_or(ConnectError::UnexpectedAnswer),
@@ -159,7 +159,7 @@ impl<S: Read + Write> Device<S> {
         self.ask(&Request::Status, take!(Status))?.ok_or(ConnectError::UnexpectedAnswer)
     }
 
-    pub(super) fn instances(&mut self) -> Result<Vec<InstanceText>, ConnectError> {
+    pub(super) fn instances(&mut self) -> Result<Vec<InstanceDescription>, ConnectError> {
         let mut found = Vec::new();
         for index in 0..=u8::MAX {
             let Some(instance) = self.ask(&Request::Instance { index }, take!(Instance))? else { break };
@@ -187,7 +187,7 @@ impl<S: Read + Write> Device<S> {
                 is_it.then_some(())
             }) {
                 // Content of a newer version counts as missing.
-                Err(ConnectError::Line(LineError::NotUnderstood)) => None,
+                Err(ConnectError::Line(LineError::Unsupported)) => None,
                 is_there => is_there?,
             };
             let content = is_there.map(|()| self.line.content().to_vec());
@@ -203,7 +203,8 @@ impl<S: Read + Write> Device<S> {
     ) -> Result<T, ConnectError> {
         self.know(|known| {
             let known = &LawVocabulary::new(known, law);
-            read(known).map_err(|error| ConnectError::Word(Explained { error, known }.to_string()))
+            read(known)
+                .map_err(|error| ConnectError::InvalidWord(SchemeErrorMessage { error, known }.to_string()))
         })?
     }
 

@@ -81,7 +81,7 @@ pub enum ConnectError {
     UnexpectedAnswer,
     /// An unknown name or an invalid value.
     #[error("{0}")]
-    Word(String),
+    InvalidWord(String),
     /// The device refused the command; nothing has changed.
     #[error("refused: {0}")]
     Command(String),
@@ -90,7 +90,7 @@ pub enum ConnectError {
     SchemeFile(#[from] SchemeFileError),
     /// An invalid row of a scheme; no row is applied.
     #[error("{name}:{row}:{column}: {message}; nothing has changed{hint}")]
-    Row {
+    InvalidRow {
         /// The scheme.
         name: String,
         /// Row, from 1.

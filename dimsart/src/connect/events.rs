@@ -3,18 +3,18 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::{FaultCause, ModuleFault, Reason, Vocabulary as _};
+use dimsart_core::{FaultCause, ModuleFault, SafetyReason, Vocabulary as _};
 use dimsart_link::protocol::{Request, Response};
 use dimsart_link::{Event, EventKind, MAX_EVENTS, StartCause};
 use serde::Serialize;
 
 use super::device::take;
-use super::kept::known;
+use super::stored_schemes::known;
 use super::{ConnectError, Device};
 
 /// An event of a device.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct EventText {
+pub struct EventReport {
     /// Event number, from 1; continues after a restart of the device.
     pub number: u32,
     /// Tick since the start of the device.
@@ -32,14 +32,14 @@ pub struct EventText {
 
 /// The last events of a device, oldest first.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Events(pub Vec<EventText>);
+pub struct Events(pub Vec<EventReport>);
 
 impl fmt::Display for Events {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() {
             return write!(f, "no events, or the device has no event log");
         }
-        for (place, EventText { number, tick, what, name, text, .. }) in self.0.iter().enumerate() {
+        for (place, EventReport { number, tick, what, name, text, .. }) in self.0.iter().enumerate() {
             let line = if place == 0 { "" } else { "\n" };
             write!(f, "{line}{number:>6}  tick {tick:>9}  {what:>3} {name}")?;
             if !text.is_empty() {
@@ -71,10 +71,10 @@ impl<S: Read + Write> Device<S> {
         Ok(Events(texts.collect::<Result<_, _>>()?))
     }
 
-    fn event_text(&mut self, event: &Event) -> Result<EventText, ConnectError> {
+    fn event_text(&mut self, event: &Event) -> Result<EventReport, ConnectError> {
         let Event { number, tick, what, module, signal, word, detail } = *event;
         let is = |kind: EventKind| what == kind as u8;
-        let is_reason = |reason: Reason| what == reason.number();
+        let is_reason = |reason: SafetyReason| what == reason.number();
         let text = match (module, signal) {
             (Some(module), _) => {
                 let cause = signal.map_or(FaultCause::TimeExceeded { budget_cycles: detail }, |signal| {
@@ -89,7 +89,9 @@ impl<S: Read + Write> Device<S> {
                     false => format!("word {word} of {name} is NaN or infinite"),
                 }
             })?,
-            _ if is_reason(Reason::LinkLost) || is_reason(Reason::LinkDown) => format!("link {detail}"),
+            _ if is_reason(SafetyReason::LinkLost) || is_reason(SafetyReason::LinkDown) => {
+                format!("link {detail}")
+            }
             _ if is(EventKind::Started) => start_cause(detail).to_owned(),
             _ if is(EventKind::Exception) => format!("CFSR {detail:#010x}"),
             _ => String::new(),
@@ -99,7 +101,7 @@ impl<S: Read + Write> Device<S> {
             Some(name) => name,
             None => "unknown event of a newer version",
         };
-        Ok(EventText { number, tick, what, name, text, detail })
+        Ok(EventReport { number, tick, what, name, text, detail })
     }
 }
 

@@ -3,17 +3,17 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::{Command, CommandError, Endpoint, Finding, ModuleRef, Reason, TypeRef};
+use dimsart_core::{Command, CommandError, Endpoint, Finding, ModuleRef, SafetyReason, TypeRef};
 use dimsart_link::protocol::{FirstFault, Request, Response, SafetyReport};
 use serde::Serialize;
 
 use super::device::take;
-use super::kept::known;
+use super::stored_schemes::known;
 use super::{ConnectError, Device};
 
 /// A finding of the device's check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct FindingText {
+pub struct FindingReport {
     /// Whether it prevents the scheme from running; otherwise it is a declared delay.
     pub is_fault: bool,
     /// Description, location and remedy.
@@ -24,7 +24,7 @@ pub struct FindingText {
     pub signal: Option<String>,
 }
 
-impl fmt::Display for FindingText {
+impl fmt::Display for FindingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", if self.is_fault { "fault" } else { "delay" }, self.text)
     }
@@ -40,7 +40,7 @@ pub struct Check {
     /// Number of faults, listed or not.
     pub faults: u32,
     /// Findings, faults first; a long list is truncated.
-    pub findings: Vec<FindingText>,
+    pub findings: Vec<FindingReport>,
 }
 
 impl fmt::Display for Check {
@@ -52,7 +52,7 @@ impl fmt::Display for Check {
 
 /// The first tick that was refused.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct FirstFaultText {
+pub struct FirstFaultReport {
     /// Number of the tick, from 1.
     pub tick: u64,
     /// Reason.
@@ -69,22 +69,22 @@ pub struct Faults {
     /// Ticks with a refused frame.
     pub refused_ticks: u32,
     /// The first refused tick.
-    pub first_fault: Option<FirstFaultText>,
+    pub first_fault: Option<FirstFaultReport>,
     /// CiA 402 state of the drive.
     pub drive: &'static str,
     /// Why modules are isolated, if any, including modules that the device does not depend on.
     pub cut_out: Option<String>,
     /// Number of ticks per reason for the safe value; empty on an older device.
-    pub reasons: Vec<ReasonText>,
+    pub reasons: Vec<ReasonReport>,
     /// Number of faults of the scheme, listed or not.
     pub faults: u32,
     /// Findings, faults first; a long list is truncated.
-    pub findings: Vec<FindingText>,
+    pub findings: Vec<FindingReport>,
 }
 
 /// A reason of the device's safety stage; `docs/faults.md` contains the remedies.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct ReasonText {
+pub struct ReasonReport {
     /// Number.
     pub number: u8,
     /// Name.
@@ -96,7 +96,7 @@ pub struct ReasonText {
 impl Faults {
     /// Returns whether there are no faults.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.faults == 0 && self.first_fault.is_none() && self.cut_out.is_none()
     }
 }
@@ -104,14 +104,14 @@ impl Faults {
 impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}\n{} of {} ticks refused", self.state, self.refused_ticks, self.ticks)?;
-        if let Some(FirstFaultText { tick, reason }) = &self.first_fault {
+        if let Some(FirstFaultReport { tick, reason }) = &self.first_fault {
             write!(f, "; first in tick {tick}: {reason}")?;
         }
         write!(f, "\ndrive: {}", self.drive)?;
         if let Some(cut_out) = &self.cut_out {
             write!(f, "\n{cut_out}")?;
         }
-        for (place, ReasonText { number, name, ticks }) in self.reasons.iter().enumerate() {
+        for (place, ReasonReport { number, name, ticks }) in self.reasons.iter().enumerate() {
             let before = if place == 0 { "\nticks by reason: " } else { ", " };
             write!(f, "{before}{number} {name} {ticks}")?;
         }
@@ -119,7 +119,7 @@ impl fmt::Display for Faults {
     }
 }
 
-fn write_findings(f: &mut fmt::Formatter<'_>, faults: u32, findings: &[FindingText]) -> fmt::Result {
+fn write_findings(f: &mut fmt::Formatter<'_>, faults: u32, findings: &[FindingReport]) -> fmt::Result {
     for finding in findings {
         write!(f, "\n  {finding}")?;
     }
@@ -152,7 +152,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn reason(&mut self) -> Result<Option<Reason>, ConnectError> {
+    pub fn reason(&mut self) -> Result<Option<SafetyReason>, ConnectError> {
         Ok(self.status()?.blocked.map(|blocked| blocked.reason()))
     }
 
@@ -178,11 +178,11 @@ impl<S: Read + Write> Device<S> {
         })
     }
 
-    fn reasons(&mut self) -> Result<Vec<ReasonText>, ConnectError> {
+    fn reasons(&mut self) -> Result<Vec<ReasonReport>, ConnectError> {
         let report: Option<SafetyReport> = known(self.ask(&Request::Safety, take!(Safety)))?;
         let text = |(number, ticks)| {
-            let name = Reason::by_number(number).map_or("unknown reason", Reason::name);
-            ReasonText { number, name, ticks }
+            let name = SafetyReason::from_number(number).map_or("unknown reason", SafetyReason::name);
+            ReasonReport { number, name, ticks }
         };
         Ok(report.map(|report| report.ticks.into_iter().map(text).collect()).unwrap_or_default())
     }
@@ -190,15 +190,15 @@ impl<S: Read + Write> Device<S> {
     pub(super) fn first_fault_text(
         &mut self,
         first: Option<FirstFault>,
-    ) -> Result<Option<FirstFaultText>, ConnectError> {
+    ) -> Result<Option<FirstFaultReport>, ConnectError> {
         let text = |first: FirstFault| {
             let reason = self.blocked_text(first.reason)?;
-            Ok(FirstFaultText { tick: first.tick, reason })
+            Ok(FirstFaultReport { tick: first.tick, reason })
         };
         first.map(text).transpose()
     }
 
-    pub(super) fn findings(&mut self) -> Result<(u32, Vec<FindingText>), ConnectError> {
+    pub(super) fn findings(&mut self) -> Result<(u32, Vec<FindingReport>), ConnectError> {
         let take = |response: Response<'_>| match response {
             Response::Finding { finding, faults } => Some((finding, faults)),
             _ => None,
@@ -208,7 +208,7 @@ impl<S: Read + Write> Device<S> {
             let Some((finding, faults)) = self.ask(&Request::Finding { index }, take)? else { break };
             in_all = faults;
             let (module, signal) = subject(finding);
-            found.push(FindingText {
+            found.push(FindingReport {
                 is_fault: finding.is_fault(),
                 text: self.finding_text(finding)?,
                 module: module.map(|module| self.module_name(module)).transpose()?,
@@ -226,10 +226,10 @@ fn subject(finding: Finding) -> (Option<ModuleRef>, Option<TypeRef>) {
         Endpoint::Frame => None,
     };
     match finding {
-        Finding::NoProvider { signal, reader } | Finding::Delay { signal, reader, .. } => {
+        Finding::NoWriter { signal, reader } | Finding::Delay { signal, reader, .. } => {
             (of(reader), Some(signal))
         }
-        Finding::TwoProviders { signal, second, .. } => (of(second), Some(signal)),
+        Finding::MultipleWriters { signal, second, .. } => (of(second), Some(signal)),
         Finding::Mismatch { module, signal, .. } | Finding::UnitsDiffer { module, signal, .. } => {
             (Some(module), Some(signal))
         }

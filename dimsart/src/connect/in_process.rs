@@ -28,7 +28,7 @@ impl Write for InProcess<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let Self { dimsart, info, receiver, answers } = self;
         let mut frame = [0; MAX_FRAME_BYTES];
-        receiver.take_all(bytes, |content| {
+        receiver.push_all(bytes, |content| {
             // The buffer has the maximum frame length; other frames than requests need no answer.
             if let Ok(Some(bytes)) = answer(content, dimsart, info, &mut frame) {
                 answers.extend(bytes);

@@ -78,7 +78,7 @@ impl<S: Read + Write> Device<S> {
 
     fn key_action(&mut self, action: KeyAction) -> Result<KeyReport, ConnectError> {
         match self.ask(&Request::Key(action), state_of) {
-            Err(ConnectError::Refused(Refusal::NotUnderstood)) => Err(ConnectError::NoKeys),
+            Err(ConnectError::Refused(Refusal::Unsupported)) => Err(ConnectError::NoKeys),
             state => Ok(match state?.ok_or(ConnectError::UnexpectedAnswer)? {
                 KeyState::Open => KeyReport::Open,
                 KeyState::Locked => KeyReport::Locked,

@@ -8,7 +8,7 @@ use dimsart_core::online::Program;
 use dimsart_core::scheme::{self, Row};
 use dimsart_core::{Command, ModuleRef, Value};
 use dimsart_link::protocol::LawAction;
-use dimsart_link::protocol::{Refusal, Request, Response, SignalText};
+use dimsart_link::protocol::{Refusal, Request, Response, SignalWords};
 use hil_sim::law::{self, Law, LawName};
 use serde::Serialize;
 
@@ -73,12 +73,12 @@ impl fmt::Display for Laws {
 
 /// Outcome of removing a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct LawRemoved {
+pub struct RemovedLaw {
     /// Number of the law.
     pub number: u8,
 }
 
-impl fmt::Display for LawRemoved {
+impl fmt::Display for RemovedLaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "law {} is removed", self.number)
     }
@@ -142,9 +142,9 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Command`] while a module uses it.
-    pub fn remove_law(&mut self, number: u8) -> Result<LawRemoved, ConnectError> {
+    pub fn remove_law(&mut self, number: u8) -> Result<RemovedLaw, ConnectError> {
         self.give(Command::RemoveLaw { number })?;
-        Ok(LawRemoved { number })
+        Ok(RemovedLaw { number })
     }
 
     /// Returns the module of a row and the law that it runs, whose names the row may use; `None` for other rows.
@@ -156,7 +156,7 @@ impl<S: Read + Write> Device<S> {
 
     /// Returns the module of a row, if it runs laws, and the number of its law; 0 without a law.
     pub(super) fn runner_of(&mut self, row: &Row<'_>) -> Result<Option<(ModuleRef, u8)>, ConnectError> {
-        let Some(module) = self.know(|known| law::runner(row, known))? else { return Ok(None) };
+        let Some(module) = self.know(|known| law::law_module(row, known))? else { return Ok(None) };
         let number = match self.ask(&Request::Get { module, parameter: 0, entry: 0 }, take!(Value)) {
             Ok(Some(Value::Count(number))) => u8::try_from(number).unwrap_or(0),
             Err(ConnectError::Line(error)) => return Err(error.into()),
@@ -176,18 +176,18 @@ impl<S: Read + Write> Device<S> {
                     Response::Signal(text) => Some(text),
                     _ => None,
                 })?;
-            let Some(SignalText { total_words, words: more, .. }) = read else { return Ok(None) };
+            let Some(SignalWords { total_words, words: more, .. }) = read else { return Ok(None) };
             words.extend_from_slice(&more);
             if more.is_empty() || words.len() >= usize::from(total_words).min(PROGRAM_WORDS) {
                 break;
             }
         }
-        Ok(Program::verify(&words).ok().map(|program| Law::of_program(&program)))
+        Ok(Program::verify(&words).ok().map(|program| Law::from_program(&program)))
     }
 
     fn look_at_law(&mut self, number: u8) -> Result<Option<dimsart_core::online::LawReport>, ConnectError> {
         match self.ask(&Request::Law(LawAction::Status { number }), take!(Law)) {
-            Err(ConnectError::Refused(Refusal::NotUnderstood)) => Err(ConnectError::NoLaws),
+            Err(ConnectError::Refused(Refusal::Unsupported)) => Err(ConnectError::NoLaws),
             look => look,
         }
     }

@@ -149,7 +149,7 @@ impl<S: Read + Write> Device<S> {
     /// Reads the state of the lease; `None` on a device without a lease.
     pub(super) fn lease_status(&mut self) -> Result<Option<LeaseStatus>, ConnectError> {
         match self.lease(LeaseAction::Read) {
-            Err(ConnectError::Refused(Refusal::NotUnderstood)) => Ok(None),
+            Err(ConnectError::Refused(Refusal::Unsupported)) => Ok(None),
             answer => answer,
         }
     }

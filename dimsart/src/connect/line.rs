@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use dimsart_link::protocol::{
     Counters, KeyRefusal, LeaseAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, RequestSealer, Response,
-    client_of, decode_response, encode_request, request_id,
+    decode_response, encode_request, request_client, request_id,
 };
 
 use super::renewal::Renewal;
@@ -65,7 +65,7 @@ impl<S: Read + Write> RequestLine<S> {
 
     /// Returns the client number of this host on the line, from 1.
     pub(super) fn client(&self) -> u8 {
-        client_of(self.id)
+        request_client(self.id)
     }
 
     /// Authenticates the requests that need a key from now on; `None` disables authentication.
@@ -147,7 +147,7 @@ impl<S: Read + Write> RequestLine<S> {
     fn find_together(&mut self) -> Result<bool, LineError> {
         let Timeouts { timeout, tries } = self.patience;
         let mut hellos = 0;
-        while let Some(sealer) = self.sealer.as_ref().filter(|sealer| !sealer.is_answered()) {
+        while let Some(sealer) = self.sealer.as_ref().filter(|sealer| !sealer.has_session()) {
             if hellos == tries {
                 if sealer.is_rejected() {
                     return Ok(false);
@@ -162,7 +162,7 @@ impl<S: Read + Write> RequestLine<S> {
             if self.sealer.as_ref().is_some_and(RequestSealer::is_rejected) {
                 // The refusal may be forged: wait briefly for a valid challenge.
                 let moment = clock::now() + timeout / 10;
-                self.read_until(moment.min(deadline), Awaited::TrueChallenge)?;
+                self.read_until(moment.min(deadline), Awaited::ValidChallenge)?;
             }
         }
         Ok(true)
@@ -203,7 +203,7 @@ impl<S: Read + Write> RequestLine<S> {
     ///
     /// # Errors
     /// [`LineError`]; after [`LineError::OutcomeUnknown`] the command may have been carried out.
-    pub fn ask(&mut self, request: &Request) -> Result<Response<'_>, LineError> {
+    pub fn request(&mut self, request: &Request) -> Result<Response<'_>, LineError> {
         if self.is_number_taken && self.renewal.is_none() {
             self.change_client();
         }
@@ -231,7 +231,7 @@ impl<S: Read + Write> RequestLine<S> {
             }
             return decode_response(&self.content)
                 .map(|(_, response)| response)
-                .map_err(|_| LineError::NotUnderstood);
+                .map_err(|_| LineError::Unsupported);
         }
         let timeout = self.patience.timeout;
         let Counters { frames, .. } = self.receiver.counters();
@@ -273,14 +273,14 @@ impl<S: Read + Write> RequestLine<S> {
                 Err(error) if is_nothing_yet(error.kind()) => continue,
                 Err(error) => return Err(failed(error)),
             };
-            let (mut is_there, client) = (false, client_of(*id));
+            let (mut is_there, client) = (false, request_client(*id));
             *bytes += u64::try_from(count).unwrap_or_default();
-            receiver.take_all(buffer.get(..count).unwrap_or_default(), |content| {
-                let is_known = sealer.as_ref().is_none_or(RequestSealer::is_answered);
+            receiver.push_all(buffer.get(..count).unwrap_or_default(), |content| {
+                let is_known = sealer.as_ref().is_none_or(RequestSealer::has_session);
                 match answers(content) {
-                    None if sealer.as_mut().is_some_and(|sealer| sealer.take(content)) => {
+                    None if sealer.as_mut().is_some_and(|sealer| sealer.receive(content)) => {
                         if !is_known {
-                            is_there |= matches!(awaited, Awaited::Challenge | Awaited::TrueChallenge);
+                            is_there |= matches!(awaited, Awaited::Challenge | Awaited::ValidChallenge);
                             renewal.iter_mut().for_each(Renewal::hurry);
                         }
                     }
@@ -306,7 +306,7 @@ impl<S: Read + Write> RequestLine<S> {
                     // An answer to another client, or to a forgotten request.
                     Some(other) => {
                         *is_number_taken |=
-                            asked.back().is_some_and(|last| client_of(*last) == client_of(other))
+                            asked.back().is_some_and(|last| request_client(*last) == request_client(other))
                     }
                 }
             });
@@ -325,7 +325,7 @@ enum Awaited {
     /// A challenge of the handshake, valid or not.
     Challenge,
     /// A valid challenge.
-    TrueChallenge,
+    ValidChallenge,
     /// No frame: wait for the deadline.
     Nothing,
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use dimsart_link::protocol::Sample;
 
-use super::description::ValueText;
+use super::description::DisplayValue;
 use super::signals::{Followed, SignalReport};
 use super::streams::Streams;
 use super::{ConnectError, Device};
@@ -16,7 +16,7 @@ const KEEP_ALIVE: Duration = Duration::from_secs(1);
 
 /// Signals that are read repeatedly.
 #[derive(Debug)]
-pub struct Live {
+pub struct SignalPoll {
     /// If empty, all signals in the Data Base.
     names: Vec<String>,
     period: Duration,
@@ -31,7 +31,7 @@ pub struct Live {
     changed: Instant,
 }
 
-impl Live {
+impl SignalPoll {
     /// Selects signals by name; all in the Data Base if `names` is empty.
     #[must_use]
     pub fn new(names: &[String], period: Duration) -> Self {
@@ -42,13 +42,13 @@ impl Live {
 
     /// Returns whether the device sends the signals by telemetry.
     #[must_use]
-    pub fn is_pushed(&self) -> bool {
+    pub fn uses_telemetry(&self) -> bool {
         self.streams.is_some()
     }
 
     /// Returns whether the device has stopped sending: the signals changed, or the device was restarted.
     fn is_stale(&self) -> bool {
-        clock::since(self.changed) > KEEP_ALIVE.max(3 * self.period)
+        clock::elapsed_since(self.changed) > KEEP_ALIVE.max(3 * self.period)
     }
 
     fn put(&mut self, sample: &Sample) {
@@ -61,7 +61,7 @@ impl Live {
         let values =
             here.flat_map(|(format, report)| report.values.iter_mut().map(move |value| (format, value)));
         for ((format, value), word) in values.skip(first).zip(&sample.words) {
-            *value = ValueText::of_word(*word, format);
+            *value = DisplayValue::of_word(*word, format);
         }
         self.changed = clock::now();
     }
@@ -71,14 +71,14 @@ impl<S: Read + Write> Device<S> {
     /// Returns the signals, at most one period old.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for an unknown name.
-    pub fn look(&mut self, live: &mut Live) -> Result<Vec<SignalReport>, ConnectError> {
+    /// [`ConnectError::InvalidWord`] for an unknown name.
+    pub fn read_signals(&mut self, live: &mut SignalPoll) -> Result<Vec<SignalReport>, ConnectError> {
         self.line_mut().unsolicited_mut().samples().for_each(|sample| live.put(&sample));
-        if !live.is_pushed() || live.is_stale() {
+        if !live.uses_telemetry() || live.is_stale() {
             live.signals = self.followed(&live.names)?;
             live.streams = self.follow(live)?;
             (live.asked, live.changed) = (clock::now(), clock::now());
-        } else if clock::since(live.asked) > KEEP_ALIVE {
+        } else if clock::elapsed_since(live.asked) > KEEP_ALIVE {
             live.asked = clock::now();
             self.lease_status()?;
         }
@@ -86,7 +86,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     /// Subscribes to the signals; `None` when there are too many, or the device has no free stream.
-    fn follow(&mut self, live: &Live) -> Result<Option<Streams>, ConnectError> {
+    fn follow(&mut self, live: &SignalPoll) -> Result<Option<Streams>, ConnectError> {
         let here = live.signals.iter().filter(|followed| followed.format.is_some());
         let signals: Vec<_> = here.map(|followed| (followed.signal, followed.report.values.len())).collect();
         let ticks = live.period.as_secs_f64() / f64::from(self.identity().sample_period_s);

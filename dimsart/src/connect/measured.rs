@@ -9,29 +9,29 @@ use super::{ConnectError, Device};
 
 /// Cycle counts of a device since its scheme was changed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Measured {
+pub struct CycleCounts {
     /// A whole tick.
-    pub tick: MeasuredRow,
+    pub tick: CycleStatistics,
     /// Module calls of a tick, in order.
-    pub calls: Vec<MeasuredRow>,
+    pub calls: Vec<CycleStatistics>,
     /// Whether the unit is instructions: an emulated board has no cycles.
     pub is_instructions: bool,
 }
 
 /// Processor cycles, or instructions, of one measured section.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MeasuredRow {
+pub struct CycleStatistics {
     /// Measured runs.
     pub runs: u32,
     /// Minimum of a run.
-    pub least: f64,
+    pub min: f64,
     /// Mean of a run.
     pub mean: f64,
     /// Maximum of a run.
-    pub greatest: f64,
+    pub max: f64,
 }
 
-impl MeasuredRow {
+impl CycleStatistics {
     fn new(report: CyclesReport) -> Self {
         let CyclesReport { runs, min, mean, max, per_1024_instructions } = report;
         let scale = match per_1024_instructions {
@@ -39,17 +39,17 @@ impl MeasuredRow {
             counts => 1024.0 / f64::from(counts),
         };
         let scaled = |counts| scale * f64::from(counts);
-        Self { runs, least: scaled(min), mean: scaled(mean), greatest: scaled(max) }
+        Self { runs, min: scaled(min), mean: scaled(mean), max: scaled(max) }
     }
 
     /// Adds a section that runs after this one.
     #[must_use]
-    pub fn then(self, other: Self) -> Self {
+    pub fn followed_by(self, other: Self) -> Self {
         Self {
             runs: self.runs.min(other.runs),
-            least: self.least + other.least,
+            min: self.min + other.min,
             mean: self.mean + other.mean,
-            greatest: self.greatest + other.greatest,
+            max: self.max + other.max,
         }
     }
 }
@@ -59,20 +59,20 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn measured(&mut self) -> Result<Option<Measured>, ConnectError> {
+    pub fn cycle_counts(&mut self) -> Result<Option<CycleCounts>, ConnectError> {
         let tick = match self.ask_cycles(0, false) {
             // An older image.
-            Err(ConnectError::Refused(Refusal::NotUnderstood)) => return Ok(None),
+            Err(ConnectError::Refused(Refusal::Unsupported)) => return Ok(None),
             tick => tick?,
         };
         let Some(tick) = tick else { return Ok(None) };
         let mut calls = Vec::new();
         for place in 1..=u8::MAX {
             let Some(call) = self.ask_cycles(place, false)? else { break };
-            calls.push(MeasuredRow::new(call));
+            calls.push(CycleStatistics::new(call));
         }
         let is_instructions = tick.per_1024_instructions > 0;
-        Ok(Some(Measured { tick: MeasuredRow::new(tick), calls, is_instructions }))
+        Ok(Some(CycleCounts { tick: CycleStatistics::new(tick), calls, is_instructions }))
     }
 
     /// Resets the cycle counts of the device.

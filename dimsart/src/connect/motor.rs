@@ -20,11 +20,11 @@ pub struct MotorState {
     /// Configuration with the board's inverter.
     pub configuration: Configuration,
     /// Whether it was loaded from storage instead of the image.
-    pub is_kept: bool,
+    pub is_stored: bool,
     /// Why the stored configuration was not loaded.
     pub fallback: Option<&'static str>,
     /// Whether the next start loads another configuration.
-    pub waits: bool,
+    pub is_restart_pending: bool,
 }
 
 impl<S: Read + Write> Device<S> {
@@ -48,7 +48,12 @@ impl<S: Read + Write> Device<S> {
             }
             _ => "unknown reason of a newer version",
         });
-        Ok(MotorState { configuration, is_kept: report.is_kept, fallback, waits: report.waits })
+        Ok(MotorState {
+            configuration,
+            is_stored: report.is_stored,
+            fallback,
+            is_restart_pending: report.is_restart_pending,
+        })
     }
 
     /// Stores a configuration for the next start of the board. Stops the scheme if the write would delay the tick, and returns
@@ -129,7 +134,7 @@ impl<S: Read + Write> Device<S> {
 
 fn no_drive<T>(answer: Result<Option<T>, ConnectError>) -> Result<T, ConnectError> {
     match answer {
-        Ok(None) | Err(ConnectError::Refused(Refusal::NotUnderstood)) => Err(ConnectError::NoDrive),
+        Ok(None) | Err(ConnectError::Refused(Refusal::Unsupported)) => Err(ConnectError::NoDrive),
         answer => answer?.ok_or(ConnectError::NoDrive),
     }
 }

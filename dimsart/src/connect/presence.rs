@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 const SILENCE: Duration = Duration::from_millis(500);
 
 /// Liveness of a remote user who moves a device, for example by the page. A lease held for that user is renewed only while
-/// [`beat`](Self::beat) is called, from any thread.
+/// [`report_present`](Self::report_present) is called, from any thread.
 #[derive(Debug, Clone)]
 pub struct Presence(Arc<Mutex<Option<Instant>>>);
 
@@ -21,19 +21,19 @@ impl Default for Presence {
 
 impl Presence {
     /// Reports that the user is present.
-    pub fn beat(&self) {
+    pub fn report_present(&self) {
         self.set(Some(clock::now()));
     }
 
     /// Reports that the user has left.
-    pub fn leave(&self) {
+    pub fn report_left(&self) {
         self.set(None);
     }
 
     /// Returns whether the user was present within the last 0.5 s.
     #[must_use]
-    pub fn is_there(&self) -> bool {
-        self.heard().is_some_and(|heard| clock::since(heard) <= SILENCE)
+    pub fn is_present(&self) -> bool {
+        self.heard().is_some_and(|heard| clock::elapsed_since(heard) <= SILENCE)
     }
 
     /// Returns whether the user has left.

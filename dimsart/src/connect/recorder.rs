@@ -10,7 +10,7 @@ use dimsart_core::{CommandError, Direction, Format, ModuleRef, TypeRef, Value, V
 use dimsart_link::protocol::{Request, Response};
 use serde::Serialize;
 
-use super::description::{Description, ValueText, WordText};
+use super::description::{Description, DisplayValue, WordText};
 use super::device::take;
 use super::{ConnectError, Device};
 use hil_sim::recording::Column;
@@ -24,7 +24,7 @@ const PIECE_WORDS: usize = dimsart_link::protocol::MAX_SIGNAL_WORDS;
 
 /// Rows of a recorder, oldest first.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Recorded {
+pub struct RecorderRows {
     /// Name of the recorder.
     pub recorder: String,
     /// Name of the signal.
@@ -32,7 +32,7 @@ pub struct Recorded {
     /// Name of each column, with the unit of its values.
     pub columns: Vec<String>,
     /// The rows.
-    pub rows: Vec<RecordedRow>,
+    pub rows: Vec<RecorderRow>,
     /// Rows that were overwritten during the read, and are omitted.
     pub overwritten: u32,
     /// Number of the trigger row, from 0; `None` before the trigger fired, or without a trigger.
@@ -41,14 +41,14 @@ pub struct Recorded {
 
 /// Values of the signal in one tick.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RecordedRow {
+pub struct RecorderRow {
     /// Row number, from 0, since the recorder started.
     pub number: u32,
     /// Values, one per column.
-    pub values: Vec<ValueText>,
+    pub values: Vec<DisplayValue>,
 }
 
-impl Recorded {
+impl RecorderRows {
     /// Writes a header line, then one line per row.
     ///
     /// # Errors
@@ -56,12 +56,12 @@ impl Recorded {
     pub fn write_csv(&self, out: impl io::Write) -> io::Result<()> {
         let mut table = csv::Writer::from_writer(out);
         table.write_record(["row"].into_iter().chain(self.columns.iter().map(String::as_str)))?;
-        for RecordedRow { number, values } in &self.rows {
+        for RecorderRow { number, values } in &self.rows {
             table.write_field(number.to_string())?;
             for value in values {
                 // Only numbers, as in the simulator's CSV.
                 match value {
-                    ValueText::Flag(is_on) => table.write_field(if *is_on { "1" } else { "0" })?,
+                    DisplayValue::Flag(is_on) => table.write_field(if *is_on { "1" } else { "0" })?,
                     value => table.write_field(value.to_string())?,
                 }
             }
@@ -71,7 +71,7 @@ impl Recorded {
     }
 }
 
-impl fmt::Display for Recorded {
+impl fmt::Display for RecorderRows {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { recorder, signal, rows, overwritten, caught, .. } = self;
         match (rows.first(), rows.last()) {
@@ -151,14 +151,15 @@ impl<S: Read + Write> Device<S> {
     /// Reads the rows of a recorder, by default the only one. Does not stop the recorder.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] when there is no such recorder, or it was changed or reset during the read.
-    pub fn recorded(&mut self, recorder: Option<&str>) -> Result<Recorded, ConnectError> {
+    /// [`ConnectError::InvalidWord`] when there is no such recorder, or it was changed or reset during the read.
+    pub fn read_recorder(&mut self, recorder: Option<&str>) -> Result<RecorderRows, ConnectError> {
         let recorder = self.recorder(recorder)?;
         let name = self.module_name(recorder)?;
         let layout = self.layout(recorder)?;
         let length = self.length(recorder, &layout, &name)?;
-        let was_changed =
-            || ConnectError::Word(format!("{name} was changed or reset during the read: repeat the read"));
+        let was_changed = || {
+            ConnectError::InvalidWord(format!("{name} was changed or reset during the read: repeat the read"))
+        };
         let mut taken = self.rows_taken(&layout)?.ok_or_else(was_changed)?;
         let (mut next, end) = (taken.saturating_sub(length), taken);
         let (mut rows, mut overwritten) = (Vec::new(), 0);
@@ -173,8 +174,8 @@ impl<S: Read + Write> Device<S> {
                     overwritten += 1;
                     continue;
                 }
-                let values = words.iter().map(|word| ValueText::of_word(*word, layout.format)).collect();
-                rows.push(RecordedRow { number, values });
+                let values = words.iter().map(|word| DisplayValue::of_word(*word, layout.format)).collect();
+                rows.push(RecorderRow { number, values });
             }
             // Skip rows that are overwritten by now.
             let oldest = taken.saturating_sub(length).clamp(next + count, end);
@@ -186,7 +187,7 @@ impl<S: Read + Write> Device<S> {
         }
         let caught = self.caught(recorder, &layout)?;
         let Layout { signal, columns, .. } = layout;
-        Ok(Recorded { recorder: name, signal, columns, rows, overwritten, caught })
+        Ok(RecorderRows { recorder: name, signal, columns, rows, overwritten, caught })
     }
 
     /// Returns the names of the plugged-in recorders.
@@ -221,16 +222,18 @@ impl<S: Read + Write> Device<S> {
             (Some(name), _) => {
                 let module = self.module(name)?;
                 if module.kind != recorder.kind {
-                    return Err(ConnectError::Word(format!("{name} is not a recorder; {there}")));
+                    return Err(ConnectError::InvalidWord(format!("{name} is not a recorder; {there}")));
                 }
                 match recorders.contains(&module) {
                     true => Ok(module),
-                    false => Err(ConnectError::Word(self.refusal_text(CommandError::NotPluggedIn(module))?)),
+                    false => {
+                        Err(ConnectError::InvalidWord(self.refusal_text(CommandError::NotPluggedIn(module))?))
+                    }
                 }
             }
             (None, [only]) => Ok(*only),
-            (None, []) => Err(ConnectError::Word(format!("no recorder to read; {there}"))),
-            (None, _) => Err(ConnectError::Word(format!("name the recorder to read; {there}"))),
+            (None, []) => Err(ConnectError::InvalidWord(format!("no recorder to read; {there}"))),
+            (None, _) => Err(ConnectError::InvalidWord(format!("name the recorder to read; {there}"))),
         }
     }
 
@@ -248,7 +251,7 @@ impl<S: Read + Write> Device<S> {
         let expected = usize::try_from(rows).ok().and_then(|rows| rows.checked_mul(layout.row_words));
         if expected != Some(layout.memory_words) || layout.memory_words == 0 {
             let Layout { signal, row_words, memory_words, .. } = layout;
-            return Err(ConnectError::Word(format!(
+            return Err(ConnectError::InvalidWord(format!(
                 "{name} has {memory_words} words of memory, not {rows} rows of {row_words} words of {signal}: bind \
                  the recorder to a signal that it can record"
             )));
@@ -281,7 +284,7 @@ impl<S: Read + Write> Device<S> {
         let Watched { module, layout } = watched;
         let Some(taken) = self.rows_taken(layout)? else {
             let reason = "the recorder was unplugged before its trigger fired";
-            return Err(ConnectError::Word(reason.to_owned()));
+            return Err(ConnectError::InvalidWord(reason.to_owned()));
         };
         let caught = self.caught(*module, layout)?;
         Ok(caught.is_some_and(|caught| taken.saturating_sub(caught) > rows_after))

@@ -62,7 +62,7 @@ impl Renewal {
     pub(super) fn check(&self) -> Result<(), ConnectError> {
         match self.refusal {
             Some(refusal) => Err(ConnectError::Refused(refusal)),
-            None if self.presence.as_ref().is_some_and(|presence| !presence.is_there()) => {
+            None if self.presence.as_ref().is_some_and(|presence| !presence.is_present()) => {
                 Err(ConnectError::ClientSilent)
             }
             None if self.unanswered > MAX_UNANSWERED => Err(ConnectError::LeaseExpired),

@@ -10,11 +10,11 @@ use serde::Serialize;
 use super::command::ALL_DESTINATIONS;
 use super::{ConnectError, Device};
 use hil_sim::law::{Law, LawVocabulary};
-use hil_sim::schemes::{Explained, SIDES, SchemeText, rows};
+use hil_sim::schemes::{SIDES, SchemeErrorMessage, SchemeText, rows};
 
 /// Outcome of sending a scheme.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Sent {
+pub struct SendOutcome {
     /// Rows for this side.
     pub rows: usize,
     /// Whether the scheme commands the device, with the first reason if it does not.
@@ -39,10 +39,10 @@ impl<S: Read + Write> Device<S> {
     /// Adds the rows for `side` to the scheme of the device, in one transaction. The running scheme continues meanwhile.
     ///
     /// # Errors
-    /// [`ConnectError::Row`] for an invalid or refused row, with its location; [`ConnectError::Command`] when the scheme is
+    /// [`ConnectError::InvalidRow`] for an invalid or refused row, with its location; [`ConnectError::Command`] when the scheme is
     /// refused, or another transaction is open. Nothing has changed then. [`ConnectError::Line`] when the device does not
     /// answer.
-    pub fn send_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
+    pub fn send_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<SendOutcome, ConnectError> {
         self.send(scheme, side, Sending::default())
     }
 
@@ -50,7 +50,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`send_scheme`](Self::send_scheme).
-    pub fn replace_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
+    pub fn replace_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<SendOutcome, ConnectError> {
         self.send(scheme, side, Sending { first: vec![Command::Close], ..Sending::default() })
     }
 
@@ -81,7 +81,7 @@ impl<S: Read + Write> Device<S> {
         scheme: &SchemeText,
         side: &str,
         sending: Sending,
-    ) -> Result<Sent, ConnectError> {
+    ) -> Result<SendOutcome, ConnectError> {
         self.may_change()?;
         self.begin()?;
         let is_dry_run = sending.is_dry_run;
@@ -97,7 +97,7 @@ impl<S: Read + Write> Device<S> {
         // If the line is closed and the abort is lost, the next `begin` reports the open transaction.
         let (rows, skipped) = sent.inspect_err(|_| drop(self.abort()))?;
         let blocked = self.status()?.blocked;
-        Ok(Sent { rows, state: self.state_text(blocked)?, skipped })
+        Ok(SendOutcome { rows, state: self.state_text(blocked)?, skipped })
     }
 
     fn send_rows(
@@ -131,7 +131,7 @@ impl<S: Read + Write> Device<S> {
                     skipped.push(format!("{name}:{line}:{column}: {message}"));
                 }
                 Err(Misread { line, column, message, .. }) => {
-                    return Err(ConnectError::Row { name, row: line, column, message, hint });
+                    return Err(ConnectError::InvalidRow { name, row: line, column, message, hint });
                 }
             }
         }
@@ -170,8 +170,8 @@ impl<S: Read + Write> Device<S> {
         law: Option<&(ModuleRef, Law)>,
     ) -> Result<Misread, ConnectError> {
         let SourceLocation { line, column, word } = error.place;
-        let message =
-            self.know(|known| Explained { error, known: &LawVocabulary::new(known, law) }.to_string())?;
+        let message = self
+            .know(|known| SchemeErrorMessage { error, known: &LawVocabulary::new(known, law) }.to_string())?;
         let is_unknown = match error.problem {
             RowError::Destination | RowError::Surplus | RowError::Entry { .. } | RowError::Refused(_) => {
                 false

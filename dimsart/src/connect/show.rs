@@ -5,19 +5,19 @@ use std::io::{Read, Write};
 
 use dimsart_core::scheme::{PORT_PREFIX, SWITCH};
 use dimsart_core::{
-    Accepted, CommandError, Direction, EVERY_TICKS, Entries, KindId, ModuleRef, ParameterError,
-    PortDescription, Usage, Vocabulary,
+    CommandError, Direction, EVERY_TICKS, KindId, ModuleRef, ParameterError, ParameterShape,
+    ParameterTypeDescription, PortDescription, Usage, Vocabulary,
 };
-use dimsart_link::protocol::{InstanceText, LeaseStatus, NO_CLIENT, Refusal, Request, Response};
+use dimsart_link::protocol::{InstanceDescription, LeaseStatus, NO_CLIENT, Refusal, Request, Response};
 use serde::Serialize;
 
 use super::data_types::SignalForm;
-use super::description::{Identity, ValueText, axis_name, joined, range_text};
+use super::description::{DisplayValue, Identity, axis_name, joined, range_text};
 use super::device::take;
-use super::faults::FirstFaultText;
-use super::kept::{StoredSchemesReport, TimingText, known};
+use super::faults::FirstFaultReport;
 use super::key::KeyReport;
 use super::signals::SignalReport;
+use super::stored_schemes::{StoredSchemesReport, TickTimingReport, known};
 use super::{ConnectError, Device};
 
 const EMPTY_LIST: CommandError = CommandError::Parameter(ParameterError::Unknown);
@@ -28,7 +28,7 @@ pub struct ParameterReport {
     /// Name, with the index if one entry was requested.
     pub name: String,
     /// One value, or one per axis; the last entry of a list.
-    pub values: Vec<ValueText>,
+    pub values: Vec<DisplayValue>,
     /// Columns of a matrix; otherwise the number of values.
     #[serde(skip)]
     pub columns: usize,
@@ -39,7 +39,7 @@ pub struct ParameterReport {
     /// Help text.
     pub summary: String,
     /// Default of each entry; `None` for a list, which is empty by default.
-    pub default: Option<ValueText>,
+    pub default: Option<DisplayValue>,
     /// Permitted names; empty if the value is not a name.
     pub choices: Vec<String>,
     /// Whether it can be set only while the module is unplugged.
@@ -138,7 +138,7 @@ pub struct StatusReport {
     /// Whether a transaction is open: modules, ports and parameters belong to the pending scheme.
     pub is_in_transaction: bool,
     /// The first tick that was refused.
-    pub first_fault: Option<FirstFaultText>,
+    pub first_fault: Option<FirstFaultReport>,
     /// CiA 402 state of the drive.
     pub drive: &'static str,
     /// Why modules are isolated, if any, including modules that the device does not depend on.
@@ -146,7 +146,7 @@ pub struct StatusReport {
     /// Usage of static memory.
     pub usage: Usage,
     /// Timing of the ticks; `None` on a device that does not measure it.
-    pub timing: Option<TimingText>,
+    pub timing: Option<TickTimingReport>,
     /// Stored schemes; `None` on a device without storage.
     pub schemes: Option<StoredSchemesReport>,
     /// Lease; `None` on a device without one.
@@ -195,7 +195,7 @@ impl fmt::Display for Overview {
             )?;
         }
         write!(f, "{} of {} ticks refused", status.refused_ticks, status.ticks)?;
-        if let Some(FirstFaultText { tick, reason }) = &status.first_fault {
+        if let Some(FirstFaultReport { tick, reason }) = &status.first_fault {
             write!(f, "; first in tick {tick}: {reason}")?;
         }
         let Usage { modules: count, slots, words, total_words } = status.usage;
@@ -272,7 +272,7 @@ impl<S: Read + Write> Device<S> {
     /// [`ConnectError`] when the device does not answer.
     pub fn kinds(&mut self) -> Result<Vec<ModuleKindReport>, ConnectError> {
         let (mut kinds, known) = (Vec::new(), self.known_kinds());
-        let summary = |name: &str| known.kind(KindId::of(name)).map_or("", |kind| kind.summary.text());
+        let summary = |name: &str| known.kind(KindId::from_name(name)).map_or("", |kind| kind.summary.text());
         for place in 0..=u8::MAX {
             let found = self.ask(&Request::Module { place }, |response| match response {
                 Response::Module(found) => Some(ModuleKindReport {
@@ -308,14 +308,14 @@ impl<S: Read + Write> Device<S> {
             cut_out: status.module_fault.map(|fault| self.module_fault_text(fault)).transpose()?,
             usage: status.usage,
             timing: self.timing()?,
-            schemes: self.kept()?,
+            schemes: self.stored_schemes()?,
             lease: self.lease_status()?,
             key: self.key_report()?,
         })
     }
 
-    fn instance_report(&mut self, instance: InstanceText) -> Result<InstanceReport, ConnectError> {
-        let InstanceText { module, place } = instance;
+    fn instance_report(&mut self, instance: InstanceDescription) -> Result<InstanceReport, ConnectError> {
+        let InstanceDescription { module, place } = instance;
         let ports: Vec<PortReport> = self.know(|known| {
             let report = |port: PortDescription<'_>| PortReport {
                 name: format!("{PORT_PREFIX}{}", port.name),
@@ -339,7 +339,7 @@ impl<S: Read + Write> Device<S> {
         let mut parameters = parameters.collect::<Result<Vec<_>, _>>()?;
         if self.know(|known| known.parameter_text(module.kind, EVERY_TICKS).is_some())? {
             let rate = self.parameter_report(module, EVERY_TICKS, None)?;
-            parameters.extend(Some(rate).filter(|rate| rate.values != [ValueText::Name("1".into())]));
+            parameters.extend(Some(rate).filter(|rate| rate.values != [DisplayValue::Name("1".into())]));
         }
         let place = place.map(|place| u16::from(place) + 1);
         Ok(InstanceReport { name: self.module_name(module)?, place, reads, writes, ports, parameters })
@@ -355,7 +355,7 @@ impl<S: Read + Write> Device<S> {
         let (entries, is_list, dof) = self.know(|known| {
             let found = known.parameter_text(module.kind, parameter);
             let is_list = found.as_ref().is_some_and(|found| found.default.is_none());
-            (found.map_or(Entries::ONE, |found| found.entries), is_list, known.dof())
+            (found.map_or(ParameterShape::ONE, |found| found.entries), is_list, known.dof())
         })?;
         let places = match place {
             Some(place) => place..place.saturating_add(1),
@@ -372,21 +372,21 @@ impl<S: Read + Write> Device<S> {
         }
         let (_, columns) = entries.size(dof);
         let indices = match place {
-            Some(place) if entries.are_matrix() => format!("[{}][{}]", place / columns, place % columns),
+            Some(place) if entries.is_matrix() => format!("[{}][{}]", place / columns, place % columns),
             Some(place) => format!("[{place}]"),
             None => String::new(),
         };
         let report = self.know(|known| {
             let mut found = known.parameter_text(module.kind, parameter)?;
             if place.is_some() {
-                found.entries = Entries::ONE;
+                found.entries = ParameterShape::ONE;
             }
             Some(ParameterReport {
                 name: format!("{}{indices}", found.name),
-                columns: if entries.are_matrix() { columns.into() } else { values.len() },
+                columns: if entries.is_matrix() { columns.into() } else { values.len() },
                 values: values.iter().map(|value| known.value_text(*value, &found.accepts)).collect(),
                 unit: match found.accepts {
-                    Accepted::Types => String::new(),
+                    ParameterTypeDescription::Types => String::new(),
                     _ => found.unit.for_axes(known.axes()).to_string(),
                 },
                 range: range_text(&found),
@@ -401,10 +401,10 @@ impl<S: Read + Write> Device<S> {
 }
 
 /// Returns the permitted names of a parameter.
-fn choices(accepts: &Accepted<'_>) -> Vec<String> {
+fn choices(accepts: &ParameterTypeDescription<'_>) -> Vec<String> {
     match accepts {
-        Accepted::Choice(names) => names.iter().map(|name| (*name).to_owned()).collect(),
-        Accepted::Flag => SWITCH.iter().map(|name| (*name).to_owned()).collect(),
+        ParameterTypeDescription::Choice(names) => names.iter().map(|name| (*name).to_owned()).collect(),
+        ParameterTypeDescription::Flag => SWITCH.iter().map(|name| (*name).to_owned()).collect(),
         _ => Vec::new(),
     }
 }
@@ -417,7 +417,7 @@ mod tests {
     fn a_matrix_has_a_line_for_each_row() {
         let parameter = ParameterReport {
             name: "K".to_owned(),
-            values: [1, 2, 3, 4].map(ValueText::Whole).to_vec(),
+            values: [1, 2, 3, 4].map(DisplayValue::Whole).to_vec(),
             columns: 2,
             unit: "N/m".to_owned(),
             range: "0 to 9, 2 × 2".to_owned(),

@@ -7,7 +7,7 @@ use dimsart_core::{Format, TypeRef, Vocabulary};
 use dimsart_link::protocol::{Request, Response};
 use serde::Serialize;
 
-use super::description::{ValueText, WordText};
+use super::description::{DisplayValue, WordText};
 use super::device::take;
 use super::{ConnectError, Device};
 
@@ -33,7 +33,7 @@ pub struct SignalReport {
     /// Unit; empty for a pure number.
     pub unit: String,
     /// Its words in order; empty when it is not in the Data Base.
-    pub values: Vec<ValueText>,
+    pub values: Vec<DisplayValue>,
 }
 
 impl fmt::Display for SignalReport {
@@ -56,7 +56,7 @@ impl<S: Read + Write> Device<S> {
     /// Reads the named signals, or all in the Data Base if `names` is empty.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for an unknown name.
+    /// [`ConnectError::InvalidWord`] for an unknown name.
     pub fn signals(&mut self, names: &[String]) -> Result<Vec<SignalReport>, ConnectError> {
         Ok(self.followed(names)?.into_iter().map(|followed| followed.report).collect())
     }
@@ -64,13 +64,13 @@ impl<S: Read + Write> Device<S> {
     /// Checks that signals are in the Data Base.
     ///
     /// # Errors
-    /// [`ConnectError::Word`] for an unknown name, or a signal that is not in the Data Base.
+    /// [`ConnectError::InvalidWord`] for an unknown name, or a signal that is not in the Data Base.
     pub fn require_signals(&mut self, names: &[String]) -> Result<(), ConnectError> {
         for name in names {
             let signal = self.signal_named(name)?;
             if self.signal(signal)?.format.is_none() {
                 let device = &self.identity().device;
-                return Err(ConnectError::Word(format!(
+                return Err(ConnectError::InvalidWord(format!(
                     "signal {name} is not in the Data Base of {device}: plug in a module that uses the signal"
                 )));
             }
@@ -112,7 +112,7 @@ impl<S: Read + Write> Device<S> {
         let axes = self.identity().axes.clone();
         let take = |response: Response<'_>| match response {
             Response::Signal(text) => {
-                let values = text.words.iter().map(|word| ValueText::of_word(*word, text.format));
+                let values = text.words.iter().map(|word| DisplayValue::of_word(*word, text.format));
                 let unit = text.unit.for_axes(&axes).to_string();
                 Some((text.format, (text.unit, unit), text.total_words, values.collect::<Vec<_>>()))
             }

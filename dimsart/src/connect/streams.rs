@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 
 use dimsart_core::TypeRef;
 use dimsart_link::protocol::{
-    MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, NO_CLIENT, Refusal, Request, Response, Sample, client_of,
+    MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, NO_CLIENT, Refusal, Request, Response, Sample, request_client,
 };
 
 use super::{ConnectError, Device};
@@ -135,7 +135,7 @@ impl<S: Read + Write> Device<S> {
 
     /// Ends the streams of this client; `signal` is any existing signal.
     pub(super) fn unsubscribe(&mut self, streams: &Streams, signal: TypeRef) -> Result<(), ConnectError> {
-        debug_assert!(streams.0.iter().all(|stream| client_of(stream.id) == self.client()));
+        debug_assert!(streams.0.iter().all(|stream| request_client(stream.id) == self.client()));
         self.end_streams(streams.numbers().collect(), Some(signal))
     }
 

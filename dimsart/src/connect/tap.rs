@@ -20,9 +20,9 @@ const ANOTHER_TRY: Duration = Duration::from_secs(2);
 /// Well below the client timeout of the device.
 const KEEP_ALIVE: Duration = Duration::from_secs(1);
 
-/// A signal of a [`Tap`].
+/// A signal of a [`Subscription`].
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct TapSignal {
+pub struct SubscribedSignal {
     /// Name.
     pub name: String,
     /// Unit of its values; empty for a pure number.
@@ -34,7 +34,7 @@ pub struct TapSignal {
     places: Vec<WordText>,
 }
 
-impl TapSignal {
+impl SubscribedSignal {
     #[cfg(all(test, feature = "zenoh"))]
     pub(crate) fn new(name: &str, unit: &str, words: usize, format: Format) -> Self {
         Self { name: name.to_owned(), unit: unit.to_owned(), words, format, places: Vec::new() }
@@ -54,7 +54,7 @@ impl TapSignal {
 
 /// All signals in one tick.
 #[derive(Debug, Clone, PartialEq)]
-pub struct TapRow {
+pub struct SubscriptionRow {
     /// Number of the tick; it wraps.
     pub tick: u32,
     /// Values of every signal; NaN for lost samples.
@@ -63,17 +63,17 @@ pub struct TapRow {
 
 /// Subscription to signals every N ticks.
 #[derive(Debug)]
-pub struct Tap {
+pub struct Subscription {
     every_ticks: u32,
     /// Requested signals; all if empty.
     names: Vec<String>,
-    signals: Vec<TapSignal>,
+    signals: Vec<SubscribedSignal>,
     /// Names of the other signals in the Data Base.
     unsent: Vec<String>,
     streams: Option<Streams>,
     lost: u64,
     /// The row being received, and its number of received streams.
-    row: Option<(TapRow, usize)>,
+    row: Option<(SubscriptionRow, usize)>,
     /// Whether the signals were requested; the device may have refused.
     is_open: bool,
     /// Whether a complete row was received: before that, some streams have not started.
@@ -85,7 +85,7 @@ pub struct Tap {
     events: u32,
 }
 
-impl Tap {
+impl Subscription {
     /// Samples every `every_ticks` ticks.
     #[must_use]
     pub fn new(every_ticks: u32) -> Self {
@@ -109,7 +109,7 @@ impl Tap {
 
     /// Restricts the subscription to these signals, as `POSITION`: a board can send only a few. All if empty.
     #[must_use]
-    pub fn of(self, names: &[String]) -> Self {
+    pub fn with_signals(self, names: &[String]) -> Self {
         Self { names: names.to_vec(), ..self }
     }
 
@@ -120,23 +120,23 @@ impl Tap {
 
     /// Returns the subscribed signals in the order of a row's values; empty while the device does not send them.
     #[must_use]
-    pub fn signals(&self) -> &[TapSignal] {
+    pub fn signals(&self) -> &[SubscribedSignal] {
         &self.signals
     }
 
     /// Returns the names of the signals in the Data Base that are not sent.
     #[must_use]
-    pub fn unsent(&self) -> &[String] {
+    pub fn unsent_signals(&self) -> &[String] {
         &self.unsent
     }
 
     /// Returns the number of lost samples.
     #[must_use]
-    pub fn lost(&self) -> u64 {
+    pub fn lost_samples(&self) -> u64 {
         self.lost
     }
 
-    fn put(&mut self, sample: &Sample, rows: &mut Vec<TapRow>) {
+    fn put(&mut self, sample: &Sample, rows: &mut Vec<SubscriptionRow>) {
         let Some(streams) = &mut self.streams else { return };
         let Some(first) = streams.place(sample, &mut self.lost) else { return };
         let count = streams.len();
@@ -145,8 +145,9 @@ impl Tap {
             rows.extend(self.row.take().map(|(row, _)| row).filter(|_| self.has_begun));
         }
         let width = self.signals.iter().map(|signal| signal.words).sum();
-        let (row, streams) =
-            self.row.get_or_insert_with(|| (TapRow { tick: sample.tick, values: vec![f64::NAN; width] }, 0));
+        let (row, streams) = self
+            .row
+            .get_or_insert_with(|| (SubscriptionRow { tick: sample.tick, values: vec![f64::NAN; width] }, 0));
         let formats = self.signals.iter().flat_map(|signal| std::iter::repeat_n(signal.format, signal.words));
         for ((value, format), word) in row.values.iter_mut().zip(formats).skip(first).zip(&sample.words) {
             *value = value_of(*word, format);
@@ -175,7 +176,11 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the line is closed.
-    pub fn tap(&mut self, tap: &mut Tap, time: Duration) -> Result<Vec<TapRow>, ConnectError> {
+    pub fn receive_rows(
+        &mut self,
+        tap: &mut Subscription,
+        time: Duration,
+    ) -> Result<Vec<SubscriptionRow>, ConnectError> {
         // After an event the scheme may have additional signals.
         let events = self.line().unsolicited().heartbeat().map_or(0, |heartbeat| heartbeat.events);
         let is_other = events != tap.events && {
@@ -183,10 +188,10 @@ impl<S: Read + Write> Device<S> {
             self.entries()? != tap.entries
         };
         let patience = if tap.streams.is_some() { SILENCE } else { ANOTHER_TRY };
-        let is_silent = clock::since(tap.heard) > patience;
+        let is_silent = clock::elapsed_since(tap.heard) > patience;
         if is_other || is_silent || !tap.is_open {
             self.open_telemetry(tap)?;
-        } else if clock::since(tap.asked) > KEEP_ALIVE {
+        } else if clock::elapsed_since(tap.asked) > KEEP_ALIVE {
             tap.asked = clock::now();
             self.lease_status()?;
         }
@@ -201,15 +206,15 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn close_telemetry(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+    pub fn close_telemetry(&mut self, tap: &mut Subscription) -> Result<(), ConnectError> {
         match (tap.streams.take(), tap.entries.first()) {
             (Some(streams), Some(signal)) => self.unsubscribe(&streams, *signal),
             _ => Ok(()),
         }
     }
 
-    /// Subscribes again; [`Tap::signals`] returns the signals that the device sends.
-    pub(crate) fn open_telemetry(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+    /// Subscribes again; [`Subscription::signals`] returns the signals that the device sends.
+    pub(crate) fn open_telemetry(&mut self, tap: &mut Subscription) -> Result<(), ConnectError> {
         tap.is_open = true;
         tap.entries = self.entries()?;
         let mut signals = self.followed(&tap.names)?;
@@ -228,7 +233,13 @@ impl<S: Read + Write> Device<S> {
         let signals = signals.into_iter().take(wanted.len()).filter_map(
             |Followed { format, report, words: places, .. }| {
                 let words = report.values.len();
-                Some(TapSignal { name: report.name, unit: report.unit, words, format: format?, places })
+                Some(SubscribedSignal {
+                    name: report.name,
+                    unit: report.unit,
+                    words,
+                    format: format?,
+                    places,
+                })
             },
         );
         tap.signals = signals.collect();

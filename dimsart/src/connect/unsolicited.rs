@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use dimsart_link::protocol::{Heartbeat, Sample, client_of, decode_heartbeat, decode_sample};
+use dimsart_link::protocol::{Heartbeat, Sample, decode_heartbeat, decode_sample, request_client};
 use hil_sim::clock;
 
 /// Capacity of the sample queue; the oldest samples are dropped.
@@ -27,7 +27,7 @@ impl Unsolicited {
         if let Ok((_, heartbeat)) = decode_heartbeat(content) {
             (self.heard, self.heartbeat) = (clock::now(), Some(heartbeat));
         } else if let Ok(sample) = decode_sample(content)
-            && client_of(sample.id) == client
+            && request_client(sample.id) == client
         {
             if self.samples.len() == ROOM {
                 self.samples.pop_front();
@@ -47,7 +47,7 @@ impl Unsolicited {
 
     /// Returns the time since the last heartbeat, or since the start.
     pub(super) fn silence(&self) -> Duration {
-        clock::since(self.heard)
+        clock::elapsed_since(self.heard)
     }
 
     /// Takes the samples since the last call, oldest first.

@@ -41,9 +41,9 @@ const COUNTERS: [u32; 2] = [0xE000_1004, 0xE000_E018];
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Lengths {
     /// A call per length: the tightest bound of a delivery.
-    Each,
+    PerLength,
     /// One call: sufficient for bounds of ticks, 50 times faster.
-    Together,
+    Combined,
 }
 
 /// A controller in an emulated processor.
@@ -67,7 +67,7 @@ impl Controller {
         machine.map(PLACE, firmware.controller_bytes.next_multiple_of(4));
         machine.map(ARGUMENTS, ARGUMENT_BYTES);
         COUNTERS.iter().for_each(|counter| machine.map(*counter, 4));
-        machine.mark(firmware.compute.iter().copied().chain([firmware.command]));
+        machine.record_calls_of(firmware.compute.iter().copied().chain([firmware.command]));
         let mut controller =
             Self { machine, entry: firmware.entry, address: PLACE, words_in: 0, words_out: 0 };
         // All zero: linear axes.
@@ -83,7 +83,7 @@ impl Controller {
     ///
     /// # Errors
     /// [`CyclesError::Machine`].
-    pub fn limit(&mut self) -> Result<Run, CyclesError> {
+    pub fn enable_tick_limit(&mut self) -> Result<Run, CyclesError> {
         self.run("dimsart_limit", &Call::new(self.entry.limit, [self.address, 0, 0, 0]))
     }
 
@@ -141,7 +141,7 @@ impl Controller {
 
     /// Returns the commands of the last tick.
     #[must_use]
-    pub fn commanded(&self) -> Vec<Word> {
+    pub fn commands(&self) -> Vec<Word> {
         self.words(COMMANDED, self.words_out)
     }
 
@@ -149,12 +149,12 @@ impl Controller {
     ///
     /// # Errors
     /// [`CyclesError::Machine`].
-    pub fn take(&mut self, link: usize) -> Result<(Run, Taken), CyclesError> {
+    pub fn take_packet(&mut self, link: usize) -> Result<(Run, EmulatedPacket), CyclesError> {
         self.write(RESULT, &[0; RESULT_BYTES])?;
         let run = self.run("dimsart_take", &self.call_of_take(number(link)))?;
         let mut bytes = vec![0; RESULT_BYTES];
         self.machine.read(RESULT, &mut bytes).map_err(access)?;
-        Ok((run, Taken(bytes)))
+        Ok((run, EmulatedPacket(bytes)))
     }
 
     /// The emulated processor.
@@ -174,7 +174,7 @@ impl Controller {
         [0..=longest, longest + 1..=RECEIVED - BYTES].map(|length| Call {
             function: self.entry.read,
             arguments: [RECEIVED..=RECEIVED, BYTES..=BYTES, length, 0..=u16::MAX.into()],
-            inputs: vec![Input::any(BYTES..RECEIVED)],
+            inputs: vec![Input::unknown_bytes(BYTES..RECEIVED)],
             is_optional: false,
         })
     }
@@ -205,7 +205,7 @@ impl Controller {
             let start = RECEIVED + 4 * number(place);
             let addresses = start..start + 4;
             match words {
-                ((ones, zeros), _) if *ones != zeros => content.push(Input::any(addresses)),
+                ((ones, zeros), _) if *ones != zeros => content.push(Input::unknown_bytes(addresses)),
                 ((ones, _), shorter) if *ones != shorter => lengths.push(addresses),
                 _ => {}
             }
@@ -214,8 +214,8 @@ impl Controller {
         let mut calls = vec![Call::new(self.entry.deliver, [self.address, link, DAMAGED, 0])];
         let most = number(MAX_PACKET_WORDS);
         let counts = match lengths_of {
-            Lengths::Each => (0..=most).map(|words| words..=words).collect(),
-            Lengths::Together => vec![0..=most],
+            Lengths::PerLength => (0..=most).map(|words| words..=words).collect(),
+            Lengths::Combined => vec![0..=most],
         };
         for values in counts {
             let length = |addresses: &Range<u32>| Input {
@@ -283,9 +283,9 @@ impl Controller {
 
 /// A packet in the image's memory, or none.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Taken(Vec<u8>);
+pub struct EmulatedPacket(Vec<u8>);
 
-impl Taken {
+impl EmulatedPacket {
     /// Whether it has the words, counter, echo and content of this packet. All NaN are equal: their bits depend on the
     /// processor.
     ///

@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_kind_without_bound_or_memory_is_named_and_the_others_are_known() {
-        let ids = ["PCTRL_MOD", "SIGGEN_MOD", "OTHER"].map(KindId::of);
+        let ids = ["PCTRL_MOD", "SIGGEN_MOD", "OTHER"].map(KindId::from_name);
         let variants: Vec<Variant> = ids.into_iter().flat_map(|id| Variant::of(id, ALL)).collect();
         let refused = Err(CyclesError::Scheme(dimsart_core::CommandError::TooManyPorts));
         let first = variants.first().unwrap();
@@ -261,7 +261,7 @@ mod tests {
         let costs =
             ImageCosts::above(vec![((Some(first), 1), refused), ((None, 1), tick)], &ids, ALL).unwrap();
         let names: Vec<&str> = costs.unknown.iter().map(|(name, _)| name.as_str()).collect();
-        assert_eq!(names, ["PCTRL_MOD", "SIGGEN_MOD", &KindId::of("OTHER").to_string()]);
+        assert_eq!(names, ["PCTRL_MOD", "SIGGEN_MOD", &KindId::from_name("OTHER").to_string()]);
         assert!(costs.unknown[0].1.contains("does not run"), "{:?}", costs.unknown[0]);
         assert!(costs.unknown[1].1.contains("or memory"), "{:?}", costs.unknown[1]);
         assert!(ImageCosts::above(Vec::new(), &[], ALL).is_err());

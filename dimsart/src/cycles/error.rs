@@ -87,7 +87,7 @@ pub enum CyclesError {
     },
     /// The controller's scheme does not run on the host.
     #[error("the controller's scheme does not run on the simulated device: {0}")]
-    SchemeHere(String),
+    HostScheme(String),
     /// A function is missing.
     #[error(
         "{} lacks {what}, because it was built from other sources: rebuild the image with `cargo board BOARD`",

@@ -105,7 +105,7 @@ impl Figures {
     pub fn bars(&self) -> CycleBars {
         let bar = |row: &Row| CycleBar {
             name: row.name.clone(),
-            most: row.emulated_max.max(row.random_max),
+            max_cycles: row.emulated_max.max(row.random_max),
             bound: row.bound,
         };
         let Self { side, dof, image, .. } = self;

@@ -9,11 +9,11 @@ use std::sync::Arc;
 use ::cycles::image::Image;
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
-use dimsart_core::stamp::UNSTAMPED;
+use dimsart_core::stamp::UNSTAMPED_SUFFIX;
 
 use super::{CyclesError, Memory};
-use hil_sim::emulated::{BOARD, FOLDER_VARIABLE, built};
-use hil_sim::foreign_text::visible;
+use hil_sim::emulated::{BOARD, IMAGE_FOLDER_VARIABLE, built};
+use hil_sim::untrusted_text::escape_line;
 
 /// Functions that call a module, in the image.
 const COMPUTE: [&str; 2] =
@@ -69,7 +69,7 @@ impl Firmware {
     /// # Errors
     /// [`CyclesError`] if there is no image, or it is for another board.
     pub fn find(given: Option<&Path>, board: Option<&str>) -> Result<Self, CyclesError> {
-        let path = match (given, env::var_os(FOLDER_VARIABLE)) {
+        let path = match (given, env::var_os(IMAGE_FOLDER_VARIABLE)) {
             (Some(path), _) => path.to_owned(),
             (None, Some(folder)) => Path::new(&folder).join(board.unwrap_or(BOARD)),
             (None, None) => built(),
@@ -99,8 +99,8 @@ impl Firmware {
     /// # Errors
     /// [`CyclesError`] if there is no such image.
     pub fn find_by_name(given: Option<&Path>, name: &str) -> Result<Self, CyclesError> {
-        let name = name.trim_end_matches(UNSTAMPED);
-        let folder = env::var_os(FOLDER_VARIABLE).filter(|_| given.is_none());
+        let name = name.trim_end_matches(UNSTAMPED_SUFFIX);
+        let folder = env::var_os(IMAGE_FOLDER_VARIABLE).filter(|_| given.is_none());
         let Some(folder) = folder.map(PathBuf::from) else {
             let firmware = Self::find(given, None)?;
             return match firmware.name == name {
@@ -215,6 +215,6 @@ fn facts(image: &Image) -> Option<(String, u32, u32, u32)> {
     let [clock_hz, tick_hz, text, length] = [word(0)?, word(1)?, word(2)?, word(3)?];
     let controller_bytes = word(4).filter(|bytes| *bytes <= MAX_CONTROLLER_BYTES)?;
     let length = usize::try_from(Some(length).filter(|bytes| *bytes <= MAX_NAME_BYTES)?).ok()?;
-    let name = visible(std::str::from_utf8(image.bytes(text, length)?).ok()?);
+    let name = escape_line(std::str::from_utf8(image.bytes(text, length)?).ok()?);
     Some((name, clock_hz, tick_hz, controller_bytes)).filter(|_| tick_hz > 0)
 }

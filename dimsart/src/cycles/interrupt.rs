@@ -20,7 +20,7 @@ pub(super) fn interrupt(timing: &Timing, budget_cycles: u64) -> Vec<Row> {
     ];
     let row = |(name, row, reads, stack_bytes): (&str, timing::Row, u32, u32)| {
         let [likely, upper] = [Column::Likely, Column::Upper].map(|column| u64::from(row.cost().of(column)));
-        let upper = upper + u64::from(timing.longest_waits(reads));
+        let upper = upper + u64::from(timing.max_wait_cycles(reads));
         let mut statistics = Statistics::default();
         statistics.add(Inputs::Scenario, likely, stack_bytes);
         Row::new(name.to_owned(), &statistics, Some(Most { cycles: upper, stack_bytes }), budget_cycles)

@@ -1,8 +1,8 @@
 //! Costs of laws: a program with the maximum of ports, parameters and states, plus a cost per instruction.
 
 use dimsart_core::online::{
-    Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
-    Opcode, seal,
+    CURRENT_AXIS, Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS,
+    MAX_STATES, Opcode, program_crc,
 };
 use dimsart_core::{Command, Cost, ModuleRef, TypeRef, Unit, Value, types};
 use hil_sim::law;
@@ -25,8 +25,8 @@ pub(super) fn with(opcode: Opcode) -> Vec<Command> {
         .fields()
         .iter()
         .map(|field| match field {
-            Field::To => 1,
-            Field::Axis => OWN_AXIS,
+            Field::Destination => 1,
+            Field::Axis => CURRENT_AXIS,
             _ => 0,
         })
         .collect();
@@ -37,10 +37,10 @@ pub(super) fn with(opcode: Opcode) -> Vec<Command> {
 
 fn commands(more: &[Instruction]) -> Vec<Command> {
     let count = |count: usize| u8::try_from(count).unwrap_or(u8::MAX);
-    let mut tick = vec![Instruction::new(Opcode::Input, &[0, 0, OWN_AXIS])];
+    let mut tick = vec![Instruction::new(Opcode::Input, &[0, 0, CURRENT_AXIS])];
     tick.extend(more);
     tick.extend(
-        (0..count(MAX_OUTPUTS)).map(|output| Instruction::new(Opcode::Output, &[output, 0, OWN_AXIS])),
+        (0..count(MAX_OUTPUTS)).map(|output| Instruction::new(Opcode::Output, &[output, 0, CURRENT_AXIS])),
     );
     let header = Header {
         inputs: count(MAX_INPUTS),
@@ -60,8 +60,8 @@ fn commands(more: &[Instruction]) -> Vec<Command> {
     words.extend([parameter; MAX_PARAMETERS].iter().flat_map(|parameter| parameter.to_words()));
     words.push(1.5_f32.to_bits());
     words.extend(tick.iter().map(|instruction| instruction.0));
-    words.push(seal(&words));
-    let mut commands = law::commands_of(&words, 1);
+    words.push(program_crc(&words));
+    let mut commands = law::store_commands(&words, 1);
     commands.push(Command::set(MODULE, 0, Value::Count(1)));
     commands
 }

@@ -23,7 +23,7 @@ impl Memory {
     pub fn of_board(name: &str) -> Self {
         match BOARDS.iter().find(|board| board.name == name).map(|board| board.tooling.memory) {
             Some(CodeMemory::Stm32G4) => Self::Flash,
-            Some(CodeMemory::NoWait) | None => Self::ZeroWait,
+            Some(CodeMemory::ZeroWaitStates) | None => Self::ZeroWait,
         }
     }
 

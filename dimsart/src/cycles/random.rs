@@ -3,7 +3,7 @@
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_PACKET_WORDS;
 use dimsart_core::{DeviceDescriptor, ModuleKinds, Packet, Word};
-use dimsart_link::saved_scheme::{self, fingerprint_of};
+use dimsart_link::saved_scheme::{self, saved_fingerprint};
 
 use super::CyclesError;
 use hil_sim::bus::Random;
@@ -66,7 +66,7 @@ impl<'a> RandomInputs<'a> {
             if let Ok(dimsart) = SimulatedDimsart::new(self.device.clone(), self.kinds) {
                 *self.dimsart = dimsart;
             }
-            let _ = saved_scheme::load(self.scheme, fingerprint_of(self.scheme), &mut self.dimsart);
+            let _ = saved_scheme::load(self.scheme, saved_fingerprint(self.scheme), &mut self.dimsart);
             self.silence_ticks = 0;
         }
         let is_wild = (self.ticks / (STARTS + EPISODE_TICKS) + place.min(STARTS)) % 2 == 1;
@@ -78,7 +78,7 @@ impl<'a> RandomInputs<'a> {
         let mut commanded = vec![Word(0); dimsart.frame().input_words()];
         let own = measured.get(..dimsart.frame().output_words()).unwrap_or_default();
         dimsart.tick_observed(own, &mut commanded, trace);
-        (trace.measured, trace.commanded) = (measured, commanded);
+        (trace.measured, trace.commands) = (measured, commanded);
         for link in 0..dimsart_core::limits::MAX_LINKS {
             trace.sent.extend(dimsart.take_outgoing(link).map(|packet| (link, packet)));
         }
@@ -91,17 +91,17 @@ impl<'a> RandomInputs<'a> {
             self.silence_ticks -= 1;
             return;
         }
-        if self.random.happens(0.01) {
-            self.silence_ticks = self.random.up_to(SILENCE_TICKS);
+        if self.random.bernoulli(0.01) {
+            self.silence_ticks = self.random.uniform_integer(SILENCE_TICKS);
         }
-        let packets = if self.random.happens(0.1) { 2 } else { self.random.up_to(9).min(1) };
+        let packets = if self.random.bernoulli(0.1) { 2 } else { self.random.uniform_integer(9).min(1) };
         for _ in 0..packets {
             let Some((link, channel, packet)) = self.packet() else { return };
             let mut bytes = packet.to_bytes().to_vec();
-            if self.random.happens(0.03) {
+            if self.random.bernoulli(0.03) {
                 bytes.iter_mut().take(3).for_each(|byte| *byte ^= 0x55);
             }
-            if self.random.happens(0.02) {
+            if self.random.bernoulli(0.02) {
                 let length = self.length(MAX_CONTENT_BYTES);
                 bytes.resize(length, 0x55);
             }
@@ -112,19 +112,19 @@ impl<'a> RandomInputs<'a> {
     }
 
     fn packet(&mut self) -> Option<Template> {
-        let ahead = match self.random.up_to(19) {
-            0 => self.random.up_to(40),
-            1 => self.random.up_to(u16::MAX.into()),
+        let ahead = match self.random.uniform_integer(19) {
+            0 => self.random.uniform_integer(40),
+            1 => self.random.uniform_integer(u16::MAX.into()),
             _ => 1,
         };
-        let words = match self.random.happens(0.05) {
+        let words = match self.random.bernoulli(0.05) {
             true => self.length(MAX_PACKET_WORDS),
             false => self.template.as_ref()?.2.words.len(),
         };
-        let is_wild = self.random.happens(0.02);
+        let is_wild = self.random.bernoulli(0.02);
         let words: Vec<u32> = (0..words).map(|_| self.word(is_wild)).collect();
-        let is_other = self.random.happens(0.02);
-        let echo = u16::try_from(self.random.up_to(u16::MAX.into())).unwrap_or(0);
+        let is_other = self.random.bernoulli(0.02);
+        let echo = u16::try_from(self.random.uniform_integer(u16::MAX.into())).unwrap_or(0);
         let (link, channel, packet) = self.template.as_mut()?;
         packet.counter = packet.counter.wrapping_add(u16::try_from(ahead).unwrap_or(1)).max(1);
         packet.echo = echo;
@@ -135,11 +135,11 @@ impl<'a> RandomInputs<'a> {
 
     /// A length up to `most`, and often `most`, the worst case.
     fn length(&mut self, most: usize) -> usize {
-        if self.random.happens(0.5) {
+        if self.random.bernoulli(0.5) {
             return most;
         }
         let most = u32::try_from(most).unwrap_or(u32::MAX);
-        usize::try_from(self.random.up_to(most)).unwrap_or(0)
+        usize::try_from(self.random.uniform_integer(most)).unwrap_or(0)
     }
 
     fn measure(&mut self, is_wild: bool) {
@@ -152,7 +152,7 @@ impl<'a> RandomInputs<'a> {
 
     /// A number within ±1, or any bits.
     fn word(&mut self, is_wild: bool) -> u32 {
-        if is_wild && self.random.happens(0.3) {
+        if is_wild && self.random.bernoulli(0.3) {
             return self.bits();
         }
         #[expect(clippy::cast_possible_truncation, reason = "a number within ±1")]
@@ -161,6 +161,6 @@ impl<'a> RandomInputs<'a> {
     }
 
     fn bits(&mut self) -> u32 {
-        u32::try_from(self.random.up_to(u32::MAX)).unwrap_or(0)
+        u32::try_from(self.random.uniform_integer(u32::MAX)).unwrap_or(0)
     }
 }

@@ -100,7 +100,7 @@ fn replace_scheme(station: &mut Station, commands: &[Command]) -> Result<(), Cyc
     let (first, last) = ([Command::Close], [Command::Check]);
     for command in first.iter().chain(commands).chain(&last) {
         let refused = station.dimsart.command(*command);
-        refused.map_err(|error| CyclesError::SchemeHere(format!("{}: {error}", name(command))))?;
+        refused.map_err(|error| CyclesError::HostScheme(format!("{}: {error}", name(command))))?;
     }
     Ok(())
 }
@@ -161,8 +161,13 @@ impl Replay {
         }
         self.worst_read = self.bounded(Worst::of_read(firmware, timing, controller));
         let channels = channels(&station.dimsart);
-        self.worst =
-            self.bounded(Worst::of_ticks(firmware, timing, controller, channels.map(Some), Lengths::Each));
+        self.worst = self.bounded(Worst::of_ticks(
+            firmware,
+            timing,
+            controller,
+            channels.map(Some),
+            Lengths::PerLength,
+        ));
         Ok(scheme)
     }
 
@@ -190,17 +195,17 @@ impl Replay {
         self.instructions += run.instructions;
         let calls: Vec<&Call> =
             run.calls.iter().filter(|call| firmware.compute.contains(&call.function)).collect();
-        if calls.len() != trace.called.len() {
-            return Err(CyclesError::Calls { tick, expected: trace.called.len(), found: calls.len() });
+        if calls.len() != trace.module_calls.len() {
+            return Err(CyclesError::Calls { tick, expected: trace.module_calls.len(), found: calls.len() });
         }
-        self.add_modules(inputs, &run, trace.called.iter().zip(calls));
-        let commanded = controller.commanded();
-        if commanded != trace.commanded {
-            let (expected, found) = (bits(&trace.commanded), bits(&commanded));
+        self.add_modules(inputs, &run, trace.module_calls.iter().zip(calls));
+        let commanded = controller.commands();
+        if commanded != trace.commands {
+            let (expected, found) = (bits(&trace.commands), bits(&commanded));
             return Err(CyclesError::Differs { tick, what: "command to the device", expected, found });
         }
         for link in 0..MAX_LINKS {
-            let (take, taken) = controller.take(link)?;
+            let (take, taken) = controller.take_packet(link)?;
             self.take.add_run(inputs, &take);
             let sent = trace.sent.iter().find(|(sent, _)| *sent == link);
             if let Some((_, packet)) = sent.filter(|(_, packet)| !taken.is(packet)) {

@@ -4,8 +4,8 @@ use ::cycles::timing::Timing;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
 use dimsart_core::scheme::{ENGINE, Row, RowError};
 use dimsart_core::{
-    Accepts, Command, CommandError, Direction, Endpoint, Finding, Format, KindId, ModuleKinds, ModuleRef,
-    Parameter, ParameterError, PortDescription, TypeRef, Value, Vocabulary, types,
+    Command, CommandError, Direction, Endpoint, Finding, Format, KindId, ModuleKinds, ModuleRef, Parameter,
+    ParameterError, ParameterType, PortDescription, TypeRef, Value, Vocabulary, types,
 };
 use dimsart_link::saved_scheme;
 
@@ -15,7 +15,7 @@ use super::steady::channels;
 use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
 use hil_sim::rig::SimulatedDimsart;
-use hil_sim::schemes::Explained;
+use hil_sim::schemes::SchemeErrorMessage;
 use hil_sim::schemes::device;
 
 /// Content of a COMM module: the maximum, with waves, the most expensive type.
@@ -111,17 +111,23 @@ impl Variant {
 /// Sets of values to give to a parameter.
 fn values(parameter: &Parameter, takes_other: bool) -> Vec<Vec<Value>> {
     match parameter.accepts {
-        Accepts::Flag => [false, true].map(|flag| vec![Value::Flag(flag)]).into(),
-        Accepts::Choice(names) => (0..).zip(names).map(|(index, _)| vec![Value::Choice(index)]).collect(),
-        Accepts::Types => [CONTENT, MIXED_CONTENT].map(|content| content.map(Value::Type).into()).into(),
-        Accepts::Count { max, .. } => match parameter.default {
+        ParameterType::Flag => [false, true].map(|flag| vec![Value::Flag(flag)]).into(),
+        ParameterType::Choice(names) => {
+            (0..).zip(names).map(|(index, _)| vec![Value::Choice(index)]).collect()
+        }
+        ParameterType::Types => {
+            [CONTENT, MIXED_CONTENT].map(|content| content.map(Value::Type).into()).into()
+        }
+        ParameterType::Count { max, .. } => match parameter.default {
             Some(Value::Count(default)) if takes_other => vec![vec![Value::Count(max.min(default + 3))]],
             _ => vec![Vec::new()],
         },
-        Accepts::Integer { min, max } if takes_other => vec![vec![Value::Integer(min + (max / 4 - min / 4))]],
-        Accepts::Integer { .. } => vec![Vec::new()],
-        Accepts::Real { min, max } if takes_other => vec![vec![Value::Real(min + 0.25 * (max - min))]],
-        Accepts::Real { .. } => vec![Vec::new()],
+        ParameterType::Integer { min, max } if takes_other => {
+            vec![vec![Value::Integer(min + (max / 4 - min / 4))]]
+        }
+        ParameterType::Integer { .. } => vec![Vec::new()],
+        ParameterType::Real { min, max } if takes_other => vec![vec![Value::Real(min + 0.25 * (max - min))]],
+        ParameterType::Real { .. } => vec![Vec::new()],
     }
 }
 
@@ -223,7 +229,7 @@ impl Scheme {
     fn missing(&self) -> Vec<(TypeRef, bool)> {
         let mut missing: Vec<(TypeRef, bool)> = Vec::new();
         for finding in self.dimsart.engine().check().findings() {
-            let Finding::NoProvider { signal, reader } = *finding else { continue };
+            let Finding::NoWriter { signal, reader } = *finding else { continue };
             let is_for_frame = reader == Endpoint::Frame;
             match missing.iter_mut().find(|(known, _)| *known == signal) {
                 Some((_, is_known_for_frame)) => *is_known_for_frame |= is_for_frame,
@@ -262,7 +268,7 @@ impl Scheme {
         given.map_err(|error| match error.problem {
             RowError::Refused(error) => CyclesError::Scheme(error),
             _ => {
-                let reason = Explained { error, known: self.dimsart.engine() }.to_string();
+                let reason = SchemeErrorMessage { error, known: self.dimsart.engine() }.to_string();
                 CyclesError::Row { row: words.join(" "), reason }
             }
         })
@@ -305,7 +311,7 @@ impl Scheme {
             loaded => loaded?,
         };
         let worst = |lengths| Worst::of_ticks(firmware, &timing, &controller, channels, lengths);
-        let worst = worst(Lengths::Together).or_else(|_| worst(Lengths::Each))?;
+        let worst = worst(Lengths::Combined).or_else(|_| worst(Lengths::PerLength))?;
         if worst.calls.len() != steps.len() {
             return Err(CyclesError::Calls { tick: 0, expected: steps.len(), found: worst.calls.len() });
         }

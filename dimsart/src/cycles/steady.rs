@@ -16,7 +16,7 @@ const TICKS: usize = 30;
 
 /// Cycles of a tick.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Steady {
+pub struct SteadyTick {
     /// Last of several ticks with all measurements 0.
     pub emulated: u64,
     /// Upper bound for all inputs.
@@ -25,7 +25,7 @@ pub struct Steady {
     pub visited: BTreeSet<u32>,
 }
 
-impl Steady {
+impl SteadyTick {
     /// Computes the cycles of a controller's scheme in an image.
     ///
     /// # Errors
@@ -35,12 +35,12 @@ impl Steady {
         let scheme = saved_scheme::save(dimsart.engine_mut()).map_err(|_| CyclesError::SchemeTooLong)?;
         controller.load(&scheme)?;
         let channels = channels(dimsart).map(Some);
-        let worst = Worst::of_ticks(firmware, &timing, &controller, channels, Lengths::Each)?;
+        let worst = Worst::of_ticks(firmware, &timing, &controller, channels, Lengths::PerLength)?;
         let mut emulated = 0;
         for _ in 0..TICKS {
             emulated = controller.tick(&[])?.cycles;
             for link in 0..MAX_LINKS {
-                controller.take(link)?;
+                controller.take_packet(link)?;
             }
         }
         Ok(Self { emulated, bound: worst.tick.cycles, visited: worst.visited })

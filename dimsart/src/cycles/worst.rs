@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use ::cycles::bound::{Bound, BoundError, Call, CallBound, Question, Snapshot};
+use ::cycles::bound::{Bound, BoundError, BoundRequest, Call, CallBound, Snapshot};
 use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
 
@@ -84,7 +84,8 @@ impl Worst {
         steps.push((Step::Tick, controller.call_of_tick()));
         steps.extend(links.map(|link| (Step::Take, controller.call_of_take(link))));
         let (steps, calls): (Vec<Step>, Vec<Call>) = steps.into_iter().unzip();
-        let bounds = bounds(Bound::of_every, firmware, timing, &controller, &calls, &firmware.compute)?;
+        let bounds =
+            bounds(Bound::for_repeated_execution, firmware, timing, &controller, &calls, &firmware.compute)?;
         let mut worst = Self::default();
         for (step, bound) in steps.into_iter().zip(&bounds) {
             let place = match step {
@@ -108,7 +109,8 @@ impl Worst {
         controller: &Controller,
     ) -> Result<Most, CyclesError> {
         let calls = controller.calls_of_any_read();
-        let bounds = bounds(Bound::of_once, firmware, timing, controller, &calls, &BTreeSet::new())?;
+        let bounds =
+            bounds(Bound::for_one_execution, firmware, timing, controller, &calls, &BTreeSet::new())?;
         Ok(bounds.iter().fold(Most::default(), |most, bound| most.or(bound.into())))
     }
 
@@ -122,14 +124,14 @@ impl Worst {
         let mut controller = controller.clone();
         let calls = [controller.call_of_load(scheme)?];
         let marked = BTreeSet::from([firmware.command]);
-        let bounds = bounds(Bound::of_once, firmware, timing, &controller, &calls, &marked)?;
+        let bounds = bounds(Bound::for_one_execution, firmware, timing, &controller, &calls, &marked)?;
         Ok(bounds.iter().flat_map(|bound| &bound.calls).map(Most::from).collect())
     }
 }
 
 /// Bounds calls made once or repeatedly, starting from the controller's memory.
 fn bounds(
-    of: fn(&Question<'_>) -> Result<Vec<Bound>, BoundError>,
+    of: fn(&BoundRequest<'_>) -> Result<Vec<Bound>, BoundError>,
     firmware: &Firmware,
     timing: &Timing,
     controller: &Controller,
@@ -137,6 +139,6 @@ fn bounds(
     marked: &BTreeSet<u32>,
 ) -> Result<Vec<Bound>, CyclesError> {
     let (memory, stack_top) = (Snapshot::from(controller.machine()), firmware.stack_top);
-    let question = Question { image: &firmware.image, timing, memory: &memory, stack_top, calls, marked };
+    let question = BoundRequest { image: &firmware.image, timing, memory: &memory, stack_top, calls, marked };
     of(&question).map_err(|source| CyclesError::Unbounded { source })
 }

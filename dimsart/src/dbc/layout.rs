@@ -6,13 +6,13 @@ use dimsart_core::{DeviceDescriptor, Format, PACKET_OVERHEAD, TypeRef};
 use dimsart_link::carrier::{can, can_fd};
 use serde::Serialize;
 
-use super::Frames;
+use super::FrameFormat;
 use hil_sim::recording::indices;
 
 /// Number format of a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum NumberFormat {
     /// Unsigned integer.
     Whole,
     /// Signed integer.
@@ -35,7 +35,7 @@ pub struct Signal {
     /// Number of bits.
     pub bits: usize,
     /// Number format.
-    pub kind: Kind,
+    pub kind: NumberFormat,
     /// Physical unit.
     pub unit: String,
 }
@@ -45,11 +45,11 @@ impl Display for Signal {
         let Self { name, index, start_bit, bits, kind, unit } = self;
         write!(f, " SG_ {name}")?;
         match (kind, index) {
-            (Kind::Multiplexer, _) => write!(f, " M")?,
+            (NumberFormat::Multiplexer, _) => write!(f, " M")?,
             (_, Some(index)) => write!(f, " m{index}")?,
             (_, None) => {}
         }
-        let sign = if matches!(kind, Kind::Real | Kind::Signed) { '-' } else { '+' };
+        let sign = if matches!(kind, NumberFormat::Real | NumberFormat::Signed) { '-' } else { '+' };
         write!(f, " : {start_bit}|{bits}@1{sign} (1,0) [0|0] \"{unit}\" Vector__XXX")
     }
 }
@@ -57,7 +57,7 @@ impl Display for Signal {
 /// A word of a packet.
 pub(super) struct PacketWord {
     name: String,
-    kind: Kind,
+    kind: NumberFormat,
     unit: String,
 }
 
@@ -68,9 +68,9 @@ pub(super) fn words(device: &DeviceDescriptor, types: &[TypeRef], count: usize) 
     let samples = found.flat_map(|(signal, data_type)| {
         let name = device.signal_name(signal).to_string().replace('.', "_");
         let kind = match data_type.format {
-            Format::F32 => Kind::Real,
-            Format::I32 => Kind::Signed,
-            Format::U32 | Format::Bool => Kind::Whole,
+            Format::F32 => NumberFormat::Real,
+            Format::I32 => NumberFormat::Signed,
+            Format::U32 | Format::Bool => NumberFormat::Whole,
         };
         (0..data_type.shape.words(device.dof())).map(move |word| {
             let indices = indices(data_type.shape, word, device.dof());
@@ -84,7 +84,7 @@ pub(super) fn words(device: &DeviceDescriptor, types: &[TypeRef], count: usize) 
     let counters = axes().flat_map(|(axis, _)| {
         ["SENT_WAVES", "SENT_ENERGY"].map(|what| PacketWord {
             name: format!("{what}_{axis}"),
-            kind: Kind::Whole,
+            kind: NumberFormat::Whole,
             unit: String::new(),
         })
     });
@@ -92,10 +92,10 @@ pub(super) fn words(device: &DeviceDescriptor, types: &[TypeRef], count: usize) 
 }
 
 /// Longest frame of a packet with `words`, bytes, and maximum words.
-pub(super) fn limits(frames: Frames, words: usize) -> (usize, usize) {
+pub(super) fn limits(frames: FrameFormat, words: usize) -> (usize, usize) {
     match frames {
-        Frames::Can => (can::MAX_DATA_BYTES, can::MAX_WORDS),
-        Frames::CanFd => {
+        FrameFormat::Can => (can::MAX_DATA_BYTES, can::MAX_WORDS),
+        FrameFormat::CanFd => {
             let content = vec![0; PACKET_OVERHEAD + 4 * words];
             let bytes = can_fd::pack(&content).map_or(can_fd::MAX_DATA_BYTES, |data| data.len());
             (bytes, (can_fd::MAX_CONTENT_BYTES - PACKET_OVERHEAD) / 4)
@@ -104,10 +104,10 @@ pub(super) fn limits(frames: Frames, words: usize) -> (usize, usize) {
 }
 
 /// The signals of frames with these words.
-pub(super) fn signals(frames: Frames, words: Vec<PacketWord>) -> Vec<Signal> {
+pub(super) fn signals(frames: FrameFormat, words: Vec<PacketWord>) -> Vec<Signal> {
     match frames {
-        Frames::Can => in_can(words),
-        Frames::CanFd => in_can_fd(words),
+        FrameFormat::Can => in_can(words),
+        FrameFormat::CanFd => in_can_fd(words),
     }
 }
 
@@ -115,7 +115,7 @@ fn in_can(words: Vec<PacketWord>) -> Vec<Signal> {
     let head = [
         whole("CRC", None, 0, 8),
         whole("COUNTER_LOW", None, 8, 4),
-        Signal { kind: Kind::Multiplexer, ..whole("INDEX", None, 12, 4) },
+        Signal { kind: NumberFormat::Multiplexer, ..whole("INDEX", None, 12, 4) },
         whole("LAST_INDEX", Some(0), 16, 4),
         whole("COUNTER_HIGH", Some(0), 20, 12),
         whole("ECHO", Some(1), 16, 16),
@@ -147,7 +147,7 @@ fn in_can_fd(words: Vec<PacketWord>) -> Vec<Signal> {
 }
 
 fn whole(name: &str, index: Option<usize>, start_bit: usize, bits: usize) -> Signal {
-    Signal { name: name.to_owned(), index, start_bit, bits, kind: Kind::Whole, unit: String::new() }
+    Signal { name: name.to_owned(), index, start_bit, bits, kind: NumberFormat::Whole, unit: String::new() }
 }
 
 #[cfg(test)]
@@ -176,19 +176,19 @@ mod tests {
         assert_eq!(
             found,
             [
-                ("COUNT", Kind::Signed, "N or N m"),
-                ("CH1_WAVES_1", Kind::Real, "sqrt(W)"),
-                ("CH1_WAVES_2", Kind::Real, "sqrt(W)"),
-                ("BRAKES_1_1", Kind::Whole, "N"),
-                ("BRAKES_1_2", Kind::Whole, "N"),
-                ("INERTIA_1_1", Kind::Real, "N"),
-                ("INERTIA_1_2", Kind::Real, "N"),
-                ("INERTIA_2_1", Kind::Real, "N m"),
-                ("INERTIA_2_2", Kind::Real, "N m"),
-                ("SENT_WAVES_1", Kind::Whole, ""),
-                ("SENT_ENERGY_1", Kind::Whole, ""),
-                ("SENT_WAVES_2", Kind::Whole, ""),
-                ("SENT_ENERGY_2", Kind::Whole, ""),
+                ("COUNT", NumberFormat::Signed, "N or N m"),
+                ("CH1_WAVES_1", NumberFormat::Real, "sqrt(W)"),
+                ("CH1_WAVES_2", NumberFormat::Real, "sqrt(W)"),
+                ("BRAKES_1_1", NumberFormat::Whole, "N"),
+                ("BRAKES_1_2", NumberFormat::Whole, "N"),
+                ("INERTIA_1_1", NumberFormat::Real, "N"),
+                ("INERTIA_1_2", NumberFormat::Real, "N"),
+                ("INERTIA_2_1", NumberFormat::Real, "N m"),
+                ("INERTIA_2_2", NumberFormat::Real, "N m"),
+                ("SENT_WAVES_1", NumberFormat::Whole, ""),
+                ("SENT_ENERGY_1", NumberFormat::Whole, ""),
+                ("SENT_WAVES_2", NumberFormat::Whole, ""),
+                ("SENT_ENERGY_2", NumberFormat::Whole, ""),
             ]
         );
     }

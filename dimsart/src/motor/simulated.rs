@@ -3,8 +3,8 @@
 use std::error::Error;
 
 use drive::{
-    Angle, Configuration, Drive, Duties, Identification, IdentificationError, IdentificationStep, Identified,
-    Rotor, Sample,
+    Angle, Configuration, Drive, Duties, Identification, IdentificationError, IdentificationStep,
+    MotorEstimate, Rotor, Sample,
 };
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
@@ -25,7 +25,7 @@ const LONGEST_S: f64 = 60.0;
 
 /// Step response of a current at standstill.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Follow {
+pub struct CurrentStepResponse {
     /// Current after each period, relative to the step.
     pub response: Vec<f64>,
     /// Overshoot, relative to the step.
@@ -34,10 +34,10 @@ pub struct Follow {
     pub settled_s: Option<f64>,
 }
 
-impl Follow {
+impl CurrentStepResponse {
     /// Returns whether it settles with at most 20 % overshoot.
     #[must_use]
-    pub fn is_good(&self) -> bool {
+    pub fn is_well_damped(&self) -> bool {
         self.settled_s.is_some() && self.overshoot <= MAX_OVERSHOOT
     }
 }
@@ -60,7 +60,7 @@ fn sample(motor: &BridgeMotor, told: &Configuration, supply_v: f64) -> Sample {
         phase_a: motor.phase_a().map(|phase_a| phase_a as f32),
         bus_v: supply_v as f32,
         temperature_c: told.limits.derating_c.min(25.0),
-        rotor: Rotor::At(Angle::from_counts((turn * f64::from(COUNTS)) as u32, COUNTS)),
+        rotor: Rotor::Angle(Angle::from_counts((turn * f64::from(COUNTS)) as u32, COUNTS)),
     }
 }
 
@@ -72,7 +72,11 @@ fn wide(duties: Duties) -> [f64; 3] {
 ///
 /// # Errors
 /// A motor that cannot be simulated; an invalid configuration.
-pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<Follow, Box<dyn Error>> {
+pub fn simulate_current_step(
+    told: &Configuration,
+    resistance: f64,
+    inductance: f64,
+) -> Result<CurrentStepResponse, Box<dyn Error>> {
     // No external torque.
     let mut truth = motor(told, 1e9);
     truth.resistance_ohm *= resistance;
@@ -103,7 +107,7 @@ pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<
     let rough = response.iter().rposition(|share| (share - 1.0).abs() > SETTLED).map_or(0, |last| last + 1);
     #[expect(clippy::cast_precision_loss, reason = "a few periods")]
     let settled_s = (rough < PERIODS).then(|| rough as f64 * f64::from(told.inverter.period_s));
-    Ok(Follow { response, overshoot, settled_s })
+    Ok(CurrentStepResponse { response, overshoot, settled_s })
 }
 
 /// Identifies a simulated motor and returns the result.
@@ -115,7 +119,7 @@ pub fn identify(
     current_a: f32,
     inertia_kg_m2: f64,
     friction_nm: f64,
-) -> Result<Result<Identified, IdentificationError>, Box<dyn Error>> {
+) -> Result<Result<MotorEstimate, IdentificationError>, Box<dyn Error>> {
     let mut truth = motor(told, inertia_kg_m2);
     // The current holds the rotor like a spring; bearing friction damps it with 20 % of critical damping.
     let stiffness = 1.5 * f64::from(truth.pole_pairs).powi(2) * truth.flux_linkage_vs * f64::from(current_a);

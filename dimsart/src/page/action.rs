@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::page_device::{Hand, PageDevice};
-use crate::connect::{ALL_DESTINATIONS, ConnectError, FindingText, Overview, Presence};
+use super::page_device::{PageDevice, ReferenceOverrideFn};
+use crate::connect::{ALL_DESTINATIONS, ConnectError, FindingReport, Overview, Presence};
 use hil_sim::schemes::SchemeText;
 
 /// A requested action.
@@ -78,7 +78,7 @@ struct Tried {
     /// Reason why a change was refused; later changes were not tried.
     refused: Option<String>,
     faults: u32,
-    findings: Vec<FindingText>,
+    findings: Vec<FindingReport>,
     overview: Overview,
 }
 
@@ -87,7 +87,7 @@ impl Action {
     pub(super) fn run(
         self,
         device: &mut PageDevice,
-        hand: Option<&Hand>,
+        hand: Option<&ReferenceOverrideFn>,
         presence: &Presence,
     ) -> Result<Value, ConnectError> {
         Ok(match self {
@@ -116,17 +116,17 @@ impl Action {
             Self::Reset => text(device.reset(None)?),
             Self::Check => json(&device.check()?),
             Self::Events => json(&device.events()?),
-            Self::Recorder { name } => json(&device.recorded(Some(&name))?),
+            Self::Recorder { name } => json(&device.read_recorder(Some(&name))?),
             Self::Save => text(device.save()?),
             Self::Confirm => text(device.confirm()?),
             Self::RollBack => text(device.roll_back()?),
             Self::Rows => text(device.scheme_rows(None)?),
             Self::Hold { signal, axis, value } => {
                 let no_hand =
-                    || ConnectError::Word("a reference can be held only in a simulation".to_owned());
-                let no_number = |_| ConnectError::Word("invalid reference: not a number".to_owned());
+                    || ConnectError::InvalidWord("a reference can be held only in a simulation".to_owned());
+                let no_number = |_| ConnectError::InvalidWord("invalid reference: not a number".to_owned());
                 let value = value.map(|value| value.parse().map_err(no_number)).transpose()?;
-                hand.ok_or_else(no_hand)?(signal, axis, value).map_err(ConnectError::Word)?;
+                hand.ok_or_else(no_hand)?(signal, axis, value).map_err(ConnectError::InvalidWord)?;
                 Value::Null
             }
             // Handled by threads of the station.
@@ -152,9 +152,9 @@ impl Edit {
     fn run(self, device: &mut PageDevice) -> Result<String, ConnectError> {
         let outcome = match self {
             Self::Set { module, parameter, value } => device.set(&module, &parameter, &value)?,
-            Self::On { module, before } => device.on(&module, before.as_deref())?,
-            Self::Off { module } => device.off(&module)?,
-            Self::Close { module } => device.close(Some(&module))?,
+            Self::On { module, before } => device.plug_in(&module, before.as_deref())?,
+            Self::Off { module } => device.unplug(&module)?,
+            Self::Close { module } => device.delete_module(Some(&module))?,
         };
         Ok(outcome.to_string())
     }

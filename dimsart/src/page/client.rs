@@ -76,7 +76,7 @@ pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
                         Some(bytes) => Message::binary(bytes),
                         None => continue,
                     },
-                    Ok(News::Cut(_)) => continue,
+                    Ok(News::Discontinuity(_)) => continue,
                     Err(RecvError::Lagged(missed)) => {
                         for text in board.last() {
                             if out.send(Message::text(text.as_ref())).await.is_err() {

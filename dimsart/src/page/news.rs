@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use serde::Serialize;
 use tokio::sync::broadcast::{Receiver, Sender};
 
-use crate::connect::{TapRow, TapSignal};
+use crate::connect::{SubscribedSignal, SubscriptionRow};
 
 /// Queue length for a slow browser, which receives the number of missed news.
 const ROOM: usize = 1024;
@@ -18,7 +18,7 @@ pub(crate) enum News {
     /// Rows of signals.
     Rows(Arc<Rows>),
     /// The following rows do not continue the previous ones; with the reason.
-    Cut(Arc<str>),
+    Discontinuity(Arc<str>),
 }
 
 /// Consecutive rows of signals.
@@ -29,13 +29,13 @@ pub(crate) struct Rows {
     /// Layout number of [`Board::layout`].
     pub(crate) layout: u32,
     /// Signals of a row.
-    pub(crate) signals: Arc<[TapSignal]>,
+    pub(crate) signals: Arc<[SubscribedSignal]>,
     /// Number of the first row among all rows of the station, to count missed rows.
     pub(crate) first: u64,
     /// Total number of lost samples of the station.
     pub(crate) lost: u64,
     /// Rows, at least one.
-    pub(crate) rows: Vec<TapRow>,
+    pub(crate) rows: Vec<SubscriptionRow>,
 }
 
 impl Rows {
@@ -124,12 +124,18 @@ impl Board {
     }
 
     /// Publishes the layout of the following rows, and the names of the signals that are not sent.
-    pub(super) fn layout(&self, number: u32, every_ticks: u32, signals: &[TapSignal], unsent: &[String]) {
+    pub(super) fn layout(
+        &self,
+        number: u32,
+        every_ticks: u32,
+        signals: &[SubscribedSignal],
+        unsent: &[String],
+    ) {
         #[derive(Serialize)]
         struct Layout<'a> {
             number: u32,
             every_ticks: u32,
-            signals: &'a [TapSignal],
+            signals: &'a [SubscribedSignal],
             unsent: &'a [String],
         }
         self.tell("layout", &Layout { number, every_ticks, signals, unsent });
@@ -150,6 +156,6 @@ impl Board {
 
     /// Publishes a break between rows and its reason.
     pub(super) fn cut(&self, why: &str) {
-        let _ = self.sender.send(News::Cut(why.into()));
+        let _ = self.sender.send(News::Discontinuity(why.into()));
     }
 }

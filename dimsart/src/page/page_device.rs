@@ -10,4 +10,4 @@ pub(super) type PageDevice = Device<Box<dyn Stream>>;
 pub type OpenLine = Box<dyn Fn() -> Result<Box<dyn Stream>, ConnectError> + Send + Sync>;
 
 /// Holds a reference of a simulated device, given by signal, axis and value; `None` releases it.
-pub type Hand = Box<dyn Fn(String, usize, Option<f32>) -> Result<(), String> + Send>;
+pub type ReferenceOverrideFn = Box<dyn Fn(String, usize, Option<f32>) -> Result<(), String> + Send>;

@@ -31,10 +31,10 @@ use tokio::sync::oneshot;
 
 use super::action::Action;
 use super::news::Board;
-use super::page_device::{Hand, OpenLine, PageDevice};
+use super::page_device::{OpenLine, PageDevice, ReferenceOverrideFn};
 use crate::connect::{ConnectError, Device, Presence, Timeouts};
-use hil_sim::rig_file::Geometry;
 use asking::{Ask, Asked, Asking};
+use hil_sim::rig_file::Geometry;
 use looking::look;
 use recording::Recorder;
 use stopping::stop;
@@ -54,7 +54,7 @@ pub struct Access {
     /// Baud rate, which limits the rate of signal rows; `None` for a line without a limit.
     pub baud: Option<u32>,
     /// Moves references of a simulated device.
-    pub hand: Option<Hand>,
+    pub hand: Option<ReferenceOverrideFn>,
     /// Geometry of a simulated device.
     pub geometry: Option<Geometry>,
     /// Folder for recordings; `None` disables them.
@@ -123,7 +123,7 @@ impl Station {
         let stops = Arc::new(AtomicU64::new(0));
         let board = Arc::new(Board::new(number));
         board.tell("geometry", &geometry);
-        let greet: Greet = Arc::new(move || Device::greet(open()?, PATIENCE, kinds));
+        let greet: Greet = Arc::new(move || Device::identify(open()?, PATIENCE, kinds));
         let start = |what: &str, run: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(format!("{name} {what}")).spawn(run).map(drop)
         };
@@ -217,7 +217,7 @@ impl Station {
     pub(crate) fn hear(&self, client: u64, is_here: bool) {
         let presence = self.client(client).presence;
         if !is_here {
-            presence.leave();
+            presence.report_left();
             self.clients.lock().unwrap_or_else(PoisonError::into_inner).remove(&client);
             let _ = self.asking.send(Ask::IsGone { client });
         }
@@ -227,10 +227,10 @@ impl Station {
     fn client(&self, client: u64) -> Client {
         let mut clients = self.clients.lock().unwrap_or_else(PoisonError::into_inner);
         if clients.len() > MAX_WAITING_OF_ALL {
-            clients.retain(|_, client| client.waiting() > 0 || client.presence.is_there());
+            clients.retain(|_, client| client.waiting() > 0 || client.presence.is_present());
         }
         let client = clients.entry(client).or_default();
-        client.presence.beat();
+        client.presence.report_present();
         client.clone()
     }
 }

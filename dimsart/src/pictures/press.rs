@@ -17,7 +17,7 @@ pub(super) fn figures(
     file: &RigFile,
     alone: Option<&str>,
 ) -> Vec<Figure> {
-    let Some([hand, other]) = file.pressed() else { return Vec::new() };
+    let Some([hand, other]) = file.press_pair() else { return Vec::new() };
     let (one, two) = (hand.name(), other.name());
     let dof = hand.axes.len();
     let world = |name: &str, quantity: &str| ("world", format!("{name}.{quantity}"));
@@ -82,7 +82,7 @@ fn energy(recording: &Recording, dof: usize, alone: Option<&str>) -> Panel {
     let mut curves = curves(recording, &[("all axes", ("world", CHANNEL_ENERGY.to_owned()))], None);
     let axes = (0..dof).filter_map(|axis| {
         let column = recording.find("world", CHANNEL_ENERGY, Some(axis))?;
-        Some(Curve { label: format!("axis {axis}"), column, minus: None })
+        Some(Curve { label: format!("axis {axis}"), column, subtracted_column: None })
     });
     // With one axis, the sum is sufficient.
     curves.extend(axes.filter(|_| dof > 1));
@@ -105,7 +105,7 @@ fn per_axis(recording: &Recording, dof: usize, y_label: &str, wanted: &[Wanted<'
 fn curves(recording: &Recording, wanted: &[Wanted<'_>], axis: Option<usize>) -> Vec<Curve> {
     let line = |(label, (source, signal)): &Wanted<'_>| {
         let column = recording.find(source, signal, axis)?;
-        Some(Curve { label: (*label).to_owned(), column, minus: None })
+        Some(Curve { label: (*label).to_owned(), column, subtracted_column: None })
     };
     wanted.iter().filter_map(line).collect()
 }

@@ -4,7 +4,7 @@ use dimsart_core::{DataType, types};
 
 use crate::report::{Curve, Figure, Panel};
 use hil_sim::recording::Recording;
-use hil_sim::rig_file::{AxisSection, DeviceSection, LinkSection, Part, RigFile};
+use hil_sim::rig_file::{AxisSection, ControllerAxes, DeviceSection, LinkSection, RigFile};
 
 /// Returns the file names of a rig's figures, without extension.
 #[must_use]
@@ -13,22 +13,23 @@ pub(super) fn file_stems(file: &RigFile) -> Vec<String> {
     sides.chain(drawn(file).map(|device| device.name.clone())).collect()
 }
 
-fn sides_stem(hand: &Part<'_>, other: &Part<'_>) -> String {
+fn sides_stem(hand: &ControllerAxes<'_>, other: &ControllerAxes<'_>) -> String {
     format!("{}_{}", hand.name(), other.name())
 }
 
 /// Returns pairs of a device that a hand moves and the device that follows it over a link.
-fn led(file: &RigFile) -> Vec<[Part<'_>; 2]> {
-    let parts = Part::of_all(file);
-    let named = |name: &str| parts.iter().find(|part| part.name() == name && part.device.moves());
+fn led(file: &RigFile) -> Vec<[ControllerAxes<'_>; 2]> {
+    let parts = ControllerAxes::all(file);
+    let named = |name: &str| parts.iter().find(|part| part.name() == name && part.device.has_actuators());
     let both = |link: &LinkSection| Some([named(&link.from)?.clone(), named(&link.to)?.clone()]);
-    let has_hand = |part: &Part<'_>| part.sections().any(|(_, section)| section.hand_stiffness() > 0.0);
+    let has_hand =
+        |part: &ControllerAxes<'_>| part.sections().any(|(_, section)| section.hand_stiffness() > 0.0);
     file.links.iter().filter_map(both).filter(|[hand, other]| has_hand(hand) && !has_hand(other)).collect()
 }
 
 /// Creates the figure of both sides: positions, hand force and commanded force per axis.
-fn sides(recording: &Recording, [hand, other]: &[Part<'_>; 2]) -> Figure {
-    let [one, two] = [hand, other].map(Part::name);
+fn sides(recording: &Recording, [hand, other]: &[ControllerAxes<'_>; 2]) -> Figure {
+    let [one, two] = [hand, other].map(ControllerAxes::name);
     let truth = |name: &str, quantity: &str| ("world", format!("{name}.{quantity}"));
     let same = hand.sections().zip(other.sections()).enumerate();
     let same = same.filter(|(_, ((_, section), (_, other)))| section.unit == other.unit);
@@ -56,16 +57,17 @@ fn sides(recording: &Recording, [hand, other]: &[Part<'_>; 2]) -> Figure {
 
 /// Returns the devices with a figure; a pure reference is drawn with its follower.
 fn drawn(file: &RigFile) -> impl Iterator<Item = &DeviceSection> {
-    file.devices.iter().filter(|device| device.moves())
+    file.devices.iter().filter(|device| device.has_actuators())
 }
 
 /// Creates the figures of the recorded signals.
 #[must_use]
 pub(super) fn figures(recording: &Recording, file: &RigFile) -> Vec<Figure> {
-    let parts = Part::of_all(file);
+    let parts = ControllerAxes::all(file);
     let figure = |device: &DeviceSection| {
-        let of_device: Vec<&Part<'_>> = parts.iter().filter(|part| part.device.name == device.name).collect();
-        let panels = |part: &&Part<'_>| -> Vec<Panel> {
+        let of_device: Vec<&ControllerAxes<'_>> =
+            parts.iter().filter(|part| part.device.name == device.name).collect();
+        let panels = |part: &&ControllerAxes<'_>| -> Vec<Panel> {
             let sections = part.sections().map(|(_, section)| section).enumerate();
             let title = |axis: usize| match of_device.as_slice() {
                 [_] => format!("Axis {axis}"),
@@ -88,7 +90,7 @@ pub(super) fn figures(recording: &Recording, file: &RigFile) -> Vec<Figure> {
 
 fn of_axis(
     recording: &Recording,
-    part: &Part<'_>,
+    part: &ControllerAxes<'_>,
     title: &str,
     axis: usize,
     section: &AxisSection,
@@ -142,7 +144,8 @@ fn of_axis(
 /// Creates a separate panel of the difference between the two curves of `panel`, which is too small on a common axis.
 fn error_of(panel: &Panel, y_label: &str) -> Option<Panel> {
     let [reference, joint] = panel.curves.as_slice() else { return None };
-    let error = Curve { label: "error".to_owned(), column: reference.column, minus: Some(joint.column) };
+    let error =
+        Curve { label: "error".to_owned(), column: reference.column, subtracted_column: Some(joint.column) };
     Some(Panel {
         title: panel.title.clone(),
         y_label: y_label.to_owned(),
@@ -162,7 +165,7 @@ fn panel(
 ) -> Panel {
     let curve = |(label, (source, signal)): Wanted<'_>| {
         let column = recording.find(source, &signal, Some(axis))?;
-        Some(Curve { label: label.to_owned(), column, minus: None })
+        Some(Curve { label: label.to_owned(), column, subtracted_column: None })
     };
     Panel {
         title: title.to_owned(),

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use dimsart_core::{Command, ModuleKinds, Word};
 use dimsart_link::protocol::{Request, decode_request};
 
-use super::device::DeviceFacts;
+use super::device::DeviceDescription;
 use super::divergence::Divergence;
 use super::layout::Layout;
 use super::{ReplayError, ReplayOutcome};
@@ -34,10 +34,10 @@ impl ReplayedController {
         kinds: ModuleKinds,
     ) -> Result<Self, ReplayError> {
         let controller = || name.to_owned();
-        let lacking = |what| ReplayError::Lacking { controller: controller(), what };
+        let lacking = |what| ReplayError::MissingData { controller: controller(), what };
         let json = device_json.ok_or_else(|| lacking("the device"))?;
         let text = scheme.ok_or_else(|| lacking("the scheme"))?.clone();
-        let facts: DeviceFacts = serde_json::from_str(json)
+        let facts: DeviceDescription = serde_json::from_str(json)
             .map_err(|source| ReplayError::Device { controller: controller(), source })?;
         let device = facts
             .descriptor()
@@ -47,7 +47,7 @@ impl ReplayedController {
         let mut dimsart = Box::new(dimsart);
         let scheme = SchemeText { name: format!("{name}.scheme"), text };
         let loaded = load_for(&scheme, name, &[name], &[], &mut dimsart);
-        if !loaded.is_sound() {
+        if !loaded.is_valid() {
             let problems = loaded.problems().collect::<Vec<_>>().join("\n  ");
             return Err(ReplayError::Scheme { controller: controller(), problems });
         }
@@ -114,7 +114,7 @@ impl ReplayedController {
             })?;
             self.replayed.commands += 1;
         }
-        self.dimsart.allow_motion(inputs.is_motion_allowed);
+        self.dimsart.set_motion_allowed(inputs.is_motion_allowed);
         for PacketMessage { link, bytes } in &inputs.packets {
             // A refused command was refused in the recording, too.
             let _ = self.dimsart.receive(usize::from(*link), bytes);

@@ -3,12 +3,12 @@
 use dimsart_core::{
     AxisKind, DataType, DescriptorError, DeviceDescriptor, Format, InputLimits, Shape, Summary, Unit, types,
 };
-use hil_sim::foreign_text::{visible, visible_word};
+use hil_sim::untrusted_text::{escape_line, escape_word};
 use serde::{Deserialize, Serialize};
 
 /// Description of a simulated device for its controller: forces have symmetric limits, and 0 as their safe value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct DeviceFacts {
+pub struct DeviceDescription {
     name: String,
     axes: Vec<AxisKind>,
     sample_period_s: f32,
@@ -28,7 +28,7 @@ struct TypeFacts {
     shape: Shape,
 }
 
-impl From<&DeviceDescriptor> for DeviceFacts {
+impl From<&DeviceDescriptor> for DeviceDescription {
     fn from(device: &DeviceDescriptor) -> Self {
         let facts = |types: &[&DataType]| types.iter().map(|data_type| TypeFacts::from(*data_type)).collect();
         Self {
@@ -52,7 +52,7 @@ impl From<&DataType> for TypeFacts {
     }
 }
 
-impl DeviceFacts {
+impl DeviceDescription {
     /// Creates the device. Its names and types stay in memory until the program ends.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl DeviceFacts {
         let limit = |max: f32| InputLimits { min: -max, max, ..InputLimits::NONE };
         let of_type = |of_type: Vec<f32>| &*Vec::leak(of_type.into_iter().map(limit).collect());
         let device = DeviceDescriptor::new(
-            String::leak(visible(&name)),
+            String::leak(escape_line(&name)),
             &axes,
             sample_period_s,
             types(measures),
@@ -81,14 +81,14 @@ impl DeviceFacts {
 
 impl TypeFacts {
     fn data_type(self) -> &'static DataType {
-        if let Some(standard) = types::by_id(self.id).filter(|standard| Self::from(*standard) == self) {
+        if let Some(standard) = types::find_by_id(self.id).filter(|standard| Self::from(*standard) == self) {
             return standard;
         }
         let Self { id, name, unit, format, shape } = self;
         let summary = Summary::new("Of the recorded device.");
         Box::leak(Box::new(DataType {
             id,
-            name: String::leak(visible_word(&name)),
+            name: String::leak(escape_word(&name)),
             unit,
             format,
             shape,

@@ -49,7 +49,7 @@ pub enum ReplayError {
     OtherInputs,
     /// A controller's device or scheme is missing in the file.
     #[error("the recording does not contain {what} of the controller {controller}: use another copy")]
-    Lacking {
+    MissingData {
         /// The controller.
         controller: String,
         /// Missing attachment.

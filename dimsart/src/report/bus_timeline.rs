@@ -12,7 +12,7 @@ use super::plot::{
     width,
 };
 use hil_sim::bus::MediumReport;
-use hil_sim::bus::time::{NS_PER_S, ns_seconds};
+use hil_sim::bus::time::{NS_PER_S, ns_to_seconds};
 
 /// Number of shown ticks.
 const TICKS_SHOWN: u64 = 4;
@@ -36,12 +36,12 @@ pub struct BusRow {
     /// Name.
     pub name: String,
     /// Its transmissions, in order.
-    pub stretches: Vec<Stretch>,
+    pub transmissions: Vec<Transmission>,
 }
 
 /// A transmission.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stretch {
+pub struct Transmission {
     /// Start and end, `ns`.
     pub span_ns: (u64, u64),
     /// Content; may be empty.
@@ -54,7 +54,7 @@ impl BusTimeline {
     /// Shows the last recorded ticks; `None` without transmissions.
     #[must_use]
     pub fn of(media: &[MediumReport], period_ns: u64) -> Option<Self> {
-        let all = media.iter().flat_map(|medium| medium.timeline.occupations());
+        let all = media.iter().flat_map(|medium| medium.timeline.busy_intervals());
         // Omit a trailing tick without transmissions.
         let last_ns = all.map(|occupation| occupation.start_ns).max()?;
         let end_ns = (last_ns / period_ns.max(1) + 1) * period_ns;
@@ -67,21 +67,22 @@ impl BusTimeline {
         let (start_ns, end_ns) = span_ns;
         let rows = media.iter().flat_map(|medium| {
             medium.senders.iter().enumerate().map(|(sender, name)| {
-                let own = medium.timeline.occupations().filter(move |occupation| occupation.sender == sender);
+                let own =
+                    medium.timeline.busy_intervals().filter(move |occupation| occupation.sender == sender);
                 let shown =
                     own.filter(|occupation| occupation.end_ns > start_ns && occupation.start_ns < end_ns);
-                let stretches = shown.map(|occupation| Stretch {
+                let transmissions = shown.map(|occupation| Transmission {
                     span_ns: (occupation.start_ns.max(start_ns), occupation.end_ns.min(end_ns)),
                     label: occupation.label.clone(),
                     is_error: occupation.is_error,
                 });
-                BusRow { name: name.clone(), stretches: stretches.collect() }
+                BusRow { name: name.clone(), transmissions: transmissions.collect() }
             })
         });
         let rows: Vec<BusRow> = rows.collect();
         let media: Vec<&str> = media.iter().map(|medium| medium.traffic.medium.as_str()).collect();
         let title = format!("Bus timeline ({})", media.join("; "));
-        let is_empty = rows.iter().all(|row| row.stretches.is_empty());
+        let is_empty = rows.iter().all(|row| row.transmissions.is_empty());
         (!is_empty).then_some(Self { title, rows, span_ns, period_ns: period_ns.max(1) })
     }
 
@@ -89,13 +90,13 @@ impl BusTimeline {
     pub(super) fn description(&self) -> String {
         let rows = self.rows.iter().map(|row| {
             let taken_ns: u64 =
-                row.stretches.iter().map(|stretch| stretch.span_ns.1 - stretch.span_ns.0).sum();
-            let lost = row.stretches.iter().filter(|stretch| stretch.is_error).count();
+                row.transmissions.iter().map(|stretch| stretch.span_ns.1 - stretch.span_ns.0).sum();
+            let lost = row.transmissions.iter().filter(|stretch| stretch.is_error).count();
             format!(
                 "{}: {} frames, {:.3} ms, {lost} lost",
                 row.name,
-                row.stretches.len(),
-                1e3 * ns_seconds(taken_ns)
+                row.transmissions.len(),
+                1e3 * ns_to_seconds(taken_ns)
             )
         });
         format!("{}. {}.", self.title, rows.collect::<Vec<_>>().join("; "))
@@ -120,7 +121,8 @@ const BAND: RGBColor = RGBColor(0xf6, 0xf8, 0xfa);
 impl BusTimeline {
     fn x(&self, time_ns: u64) -> f64 {
         let (start_ns, end_ns) = self.span_ns;
-        let share = ns_seconds(time_ns.saturating_sub(start_ns)) / ns_seconds((end_ns - start_ns).max(1));
+        let share =
+            ns_to_seconds(time_ns.saturating_sub(start_ns)) / ns_to_seconds((end_ns - start_ns).max(1));
         let left = MARGIN + NAME_WIDTH;
         left + share * (f64::from(WIDTH) - RIGHT_MARGIN - left)
     }
@@ -137,7 +139,7 @@ impl BusTimeline {
             let x = px(self.x(tick_ns));
             let ends = [(x, px(HEAD_HEIGHT - 6.0)), (x, px(self.bottom() + 6.0))];
             area.draw(&PathElement::new(ends, LIGHT_GREY.stroke_width(width(1.0))))?;
-            let text = format!("{:.digits$} ms", 1e3 * ns_seconds(tick_ns));
+            let text = format!("{:.digits$} ms", 1e3 * ns_to_seconds(tick_ns));
             let style = font(13.0, FontStyle::Normal, GREY);
             // Keep the last label inside the picture.
             let most = f64::from(WIDTH) - 0.5 * text_width(&text, &style) - 4.0;
@@ -158,7 +160,7 @@ impl BusTimeline {
         label(area, &row.name, (MARGIN + 4.0, middle), HPos::Left, &name)?;
         let rule = [(px(MARGIN + NAME_WIDTH), px(middle)), (px(right), px(middle))];
         area.draw(&PathElement::new(rule, GRID.stroke_width(width(0.7))))?;
-        for stretch in &row.stretches {
+        for stretch in &row.transmissions {
             let ink = if stretch.is_error { LOST } else { color(index) };
             let (left, right) = (self.x(stretch.span_ns.0), self.x(stretch.span_ns.1));
             let corners = [(px(left), px(top + BOX_MARGIN)), (px(right), px(top + ROW_HEIGHT - BOX_MARGIN))];
@@ -207,14 +209,14 @@ impl Picture for BusTimeline {
 mod tests {
     use super::super::plot::svg;
     use super::*;
-    use hil_sim::bus::{Occupation, Timeline, Traffic};
+    use hil_sim::bus::{BusyInterval, Timeline, Traffic};
 
     fn media(is_error: bool) -> Vec<MediumReport> {
         let mut timeline = Timeline::default();
         for tick in 0..10 {
             let start_ns = tick * 1_000_000;
             let label = "0x101".to_owned();
-            timeline.add(Occupation { start_ns, end_ns: start_ns + 300_000, sender: 1, label, is_error });
+            timeline.add(BusyInterval { start_ns, end_ns: start_ns + 300_000, sender: 1, label, is_error });
         }
         let traffic = Traffic {
             medium: "CAN bus".into(),
@@ -233,7 +235,7 @@ mod tests {
     fn the_last_ticks_are_shown_with_senders_and_identifiers() {
         let timeline = BusTimeline::of(&media(false), 1_000_000).unwrap();
         assert_eq!(timeline.span_ns, (6_000_000, 10_000_000));
-        assert_eq!(timeline.rows.iter().map(|row| row.stretches.len()).collect::<Vec<_>>(), [0, 4]);
+        assert_eq!(timeline.rows.iter().map(|row| row.transmissions.len()).collect::<Vec<_>>(), [0, 4]);
         let text = svg(&timeline).unwrap();
         let document = roxmltree::Document::parse(&text).unwrap();
         let labels: Vec<&str> =
@@ -247,7 +249,7 @@ mod tests {
     #[test]
     fn a_frame_that_lasts_into_the_next_tick_shows_no_idle_tick() {
         let mut media = media(false);
-        let late = Occupation {
+        let late = BusyInterval {
             start_ns: 9_900_000,
             end_ns: 10_050_000,
             sender: 0,
@@ -257,7 +259,7 @@ mod tests {
         media[0].timeline.add(late);
         let timeline = BusTimeline::of(&media, 1_000_000).unwrap();
         assert_eq!(timeline.span_ns, (6_000_000, 10_000_000));
-        assert_eq!(timeline.rows[0].stretches[0].span_ns, (9_900_000, 10_000_000));
+        assert_eq!(timeline.rows[0].transmissions[0].span_ns, (9_900_000, 10_000_000));
     }
 
     #[test]

@@ -1,11 +1,11 @@
 //! Zero contour of a figure on a grid, by marching squares with linear interpolation.
 
 /// A segment of the contour: start and end, in grid steps to the right and up from the first point.
-pub type Piece = [(f64, f64); 2];
+pub type ContourSegment = [(f64, f64); 2];
 
 /// Returns the segments for values by row and column; none next to a point without a value.
 #[must_use]
-pub fn contour(figures: &[Vec<f64>]) -> Vec<Piece> {
+pub fn contour(figures: &[Vec<f64>]) -> Vec<ContourSegment> {
     let mut pieces = Vec::new();
     for (row, (low, high)) in figures.iter().zip(figures.iter().skip(1)).enumerate() {
         for (column, (low, high)) in low.windows(2).zip(high.windows(2)).enumerate() {
@@ -21,7 +21,7 @@ pub fn contour(figures: &[Vec<f64>]) -> Vec<Piece> {
                     .then_some((x + at.0 + share * way.0, y + at.1 + share * way.1))
             });
             let crossings: Vec<(f64, f64)> = crossings.collect();
-            pieces.extend(crossings.chunks_exact(2).filter_map(|pair| Piece::try_from(pair).ok()));
+            pieces.extend(crossings.chunks_exact(2).filter_map(|pair| ContourSegment::try_from(pair).ok()));
         }
     }
     pieces

@@ -8,7 +8,7 @@ use std::io::{self, BufRead as _, BufReader, BufWriter, Seek as _, Write as _};
 use std::path::Path;
 use std::sync::mpsc::Receiver;
 
-use hil_sim::recording::{Column, Piece};
+use hil_sim::recording::{Column, RecordingChunk};
 
 /// Name of the first column.
 const TIME_HEADER: &str = "time_s (s)";
@@ -23,18 +23,18 @@ const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
 
 /// Writes received rows until the sender is dropped. Removes a row that a full disk took only partly.
-pub(super) fn write(pieces: &Receiver<Piece>, mut file: File, path: &Path) -> io::Result<()> {
+pub(super) fn write(pieces: &Receiver<RecordingChunk>, mut file: File, path: &Path) -> io::Result<()> {
     begin(&mut file, &[])?;
     // Columns of a row, including tick and time.
     let (mut width, mut text, mut numbers) = (2, Vec::new(), Numbers::new());
     for piece in pieces {
         match piece {
-            Piece::Columns(columns) => {
+            RecordingChunk::Columns(columns) => {
                 file = widen(file, path, &columns, (2 + columns.len()).saturating_sub(width))?;
                 width = 2 + columns.len();
             }
-            Piece::Inputs(_) => {}
-            Piece::Rows(values) => {
+            RecordingChunk::Inputs(_) => {}
+            RecordingChunk::Rows(values) => {
                 text.clear();
                 for row in values.chunks_exact(width) {
                     row.iter().skip(1).for_each(|value| numbers.add(&mut text, *value));
@@ -167,9 +167,9 @@ mod tests {
     fn csv_of(columns: Vec<Column>, rows: impl IntoIterator<Item = (f64, Vec<f64>)>) -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();
         let (file, pieces) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
-        pieces.send(Piece::Columns(columns)).unwrap();
+        pieces.send(RecordingChunk::Columns(columns)).unwrap();
         for (time_s, values) in rows {
-            pieces.send(Piece::Rows([vec![0.0, time_s], values].concat())).unwrap();
+            pieces.send(RecordingChunk::Rows([vec![0.0, time_s], values].concat())).unwrap();
         }
         drop(pieces);
         fs::read(file.finish().unwrap()).unwrap()
@@ -233,9 +233,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, pieces) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
         let (one, other) = (column("ONE", "m"), column("OTHER", "m"));
-        let rows = |width: usize| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (2 + width)]));
-        let anew = [Piece::Columns(vec![one.clone(), other])];
-        for piece in [Piece::Columns(vec![one])].into_iter().chain(rows(1)).chain(anew).chain(rows(2)) {
+        let rows = |width: usize| (0..100).map(move |_| RecordingChunk::Rows(vec![0.5; 2 * (2 + width)]));
+        let anew = [RecordingChunk::Columns(vec![one.clone(), other])];
+        for piece in
+            [RecordingChunk::Columns(vec![one])].into_iter().chain(rows(1)).chain(anew).chain(rows(2))
+        {
             pieces.send(piece).unwrap();
         }
         drop(pieces);

@@ -30,7 +30,7 @@ pub struct CycleBar {
     /// Name.
     pub name: String,
     /// Observed maximum.
-    pub most: u64,
+    pub max_cycles: u64,
     /// WCET bound, if known.
     pub bound: Option<u64>,
 }
@@ -38,11 +38,11 @@ pub struct CycleBar {
 impl CycleBar {
     /// Returns its total length.
     fn length(&self) -> u64 {
-        self.most.max(self.bound.unwrap_or(0))
+        self.max_cycles.max(self.bound.unwrap_or(0))
     }
 
     fn text(&self, budget: u64) -> String {
-        let most = self.most;
+        let most = self.max_cycles;
         let percent = 100.0 * as_float(self.length()) / as_float(budget.max(1));
         match self.bound {
             Some(bound) => format!("{most}, bound {bound} ({percent:.2} % of a tick)"),
@@ -81,7 +81,7 @@ impl CycleBars {
         let right = |cycles: u64| left + room * as_float(cycles) / as_float(full.max(1));
         let corners =
             |end: f64| [(px(left), px(top + BAR_MARGIN)), (px(end), px(top + ROW_HEIGHT - BAR_MARGIN))];
-        area.draw(&Rectangle::new(corners(right(bar.most)), color(index).filled()))?;
+        area.draw(&Rectangle::new(corners(right(bar.max_cycles)), color(index).filled()))?;
         if let Some(bound) = bar.bound {
             area.draw(&Rectangle::new(corners(right(bound)), color(index).stroke_width(width(1.2))))?;
         }
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn every_part_has_its_name_and_its_numbers() {
-        let bar = |name: &str, most, bound| CycleBar { name: name.to_owned(), most, bound };
+        let bar = |name: &str, max_cycles, bound| CycleBar { name: name.to_owned(), max_cycles, bound };
         let bars = CycleBars {
             title: "Cycles of a tick".to_owned(),
             unit: "cycles",

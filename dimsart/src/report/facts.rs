@@ -1,6 +1,6 @@
 //! Settings and controllers of a run.
 
-use crate::replay::DeviceFacts;
+use crate::replay::DeviceDescription;
 use hil_sim::rig::{Rig, Station};
 use hil_sim::schemes;
 
@@ -16,25 +16,25 @@ pub enum TimeBase {
 
 /// Settings and controllers of a run.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct RunFacts {
+pub struct RunMetadata {
     /// Settings that repeat the run, as TOML.
     pub settings_toml: String,
     /// Controllers, in the order of the rig.
-    pub controllers: Vec<ControllerFacts>,
+    pub controllers: Vec<ControllerMetadata>,
     /// Source of the timestamps.
     pub time_base: TimeBase,
 }
 
-impl RunFacts {
+impl RunMetadata {
     /// Reads the facts of a rig before its first tick.
     pub fn new(settings_toml: String, rig: &mut Rig) -> Self {
         let facts = |station: &mut Station| {
             let engine = station.dimsart.engine_mut();
             let commands: Vec<_> = engine.rebuild_commands().collect();
-            ControllerFacts {
+            ControllerMetadata {
                 name: station.name.clone(),
                 scheme: schemes::rows(&commands, &station.name, engine),
-                device_json: serde_json::to_string_pretty(&DeviceFacts::from(engine.device())).ok(),
+                device_json: serde_json::to_string_pretty(&DeviceDescription::from(engine.device())).ok(),
             }
         };
         let controllers = rig.stations_mut().iter_mut().map(facts).collect();
@@ -50,11 +50,11 @@ impl RunFacts {
 
 /// A controller at the start of a recording.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct ControllerFacts {
+pub struct ControllerMetadata {
     /// Name.
     pub name: String,
     /// Scheme as rows of text.
     pub scheme: String,
-    /// Device, as [`DeviceFacts`](crate::replay::DeviceFacts), for a replay.
+    /// Device, as [`DeviceDescription`](crate::replay::DeviceDescription), for a replay.
     pub device_json: Option<String>,
 }

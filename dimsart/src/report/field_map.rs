@@ -5,14 +5,14 @@ use plotters::prelude::{FontStyle, RGBColor};
 use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
-use super::contour::Piece;
+use super::contour::ContourSegment;
 use super::plot::{
     Area, BLACK, Drawn, GREY, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label, width,
 };
 
 /// Result of one combination.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Field {
+pub enum CellValue {
     /// Not run, or without this figure.
     Nothing,
     /// True.
@@ -25,26 +25,26 @@ pub enum Field {
 
 /// A map of two settings.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FieldMap {
+pub struct SweepMap {
     /// Title.
     pub title: String,
     /// Name and values from bottom to top.
-    pub down: (String, Vec<String>),
+    pub y_axis: (String, Vec<String>),
     /// Name and values from left to right.
-    pub right: (String, Vec<String>),
+    pub x_axis: (String, Vec<String>),
     /// Results, by `down`, then by `right`.
-    pub fields: Vec<Vec<Field>>,
+    pub cells: Vec<Vec<CellValue>>,
     /// Borders between fields.
-    pub borders: Vec<Border>,
+    pub borders: Vec<Boundary>,
 }
 
 /// A line across a map.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Border {
+pub struct Boundary {
     /// Meaning of the line, or why there is no line.
     pub label: String,
     /// Segments; empty without a line.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<ContourSegment>,
 }
 
 /// Lengths in displayed pixels.
@@ -62,22 +62,22 @@ const BORDER_COLORS: [RGBColor; 2] = [BLACK, RGBColor(0xff, 0xe1, 0x4d)];
 const MIN_COLOR: RGBColor = RGBColor(0xf3, 0xf6, 0xf9);
 const MAX_COLOR: RGBColor = RGBColor(0x00, 0x4a, 0x75);
 
-impl FieldMap {
+impl SweepMap {
     /// Returns the minimum and maximum number.
     fn range(&self) -> Option<(f64, f64)> {
-        let numbers = self.fields.iter().flatten().filter_map(|field| match field {
-            Field::Number(number) if number.is_finite() => Some((*number, *number)),
+        let numbers = self.cells.iter().flatten().filter_map(|field| match field {
+            CellValue::Number(number) if number.is_finite() => Some((*number, *number)),
             _ => None,
         });
         numbers.reduce(|(least, most), (a, b)| (least.min(a), most.max(b)))
     }
 
-    fn color(&self, field: Field) -> RGBColor {
+    fn color(&self, field: CellValue) -> RGBColor {
         match field {
-            Field::Nothing => LIGHT_GREY,
-            Field::Yes => color(0),
-            Field::No => color(1),
-            Field::Number(number) => {
+            CellValue::Nothing => LIGHT_GREY,
+            CellValue::Yes => color(0),
+            CellValue::No => color(1),
+            CellValue::Number(number) => {
                 let (least, most) = self.range().unwrap_or_default();
                 let share = ((number - least) / (most - least).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
                 let mix = |from: u8, to: u8| {
@@ -96,15 +96,15 @@ impl FieldMap {
 
     /// Returns the legend.
     fn legend(&self) -> Vec<(RGBColor, String)> {
-        let has = |wanted: Field| self.fields.iter().flatten().any(|field| *field == wanted);
+        let has = |wanted: CellValue| self.cells.iter().flatten().any(|field| *field == wanted);
         let mut legend = Vec::new();
-        legend.extend(has(Field::Yes).then(|| (color(0), "yes".to_owned())));
-        legend.extend(has(Field::No).then(|| (color(1), "no".to_owned())));
+        legend.extend(has(CellValue::Yes).then(|| (color(0), "yes".to_owned())));
+        legend.extend(has(CellValue::No).then(|| (color(1), "no".to_owned())));
         if let Some((least, most)) = self.range() {
             legend.push((MIN_COLOR, format!("{least:.4}")));
             legend.push((MAX_COLOR, format!("{most:.4}")));
         }
-        legend.extend(has(Field::Nothing).then(|| (LIGHT_GREY, "no result".to_owned())));
+        legend.extend(has(CellValue::Nothing).then(|| (LIGHT_GREY, "no result".to_owned())));
         legend
     }
 }
@@ -114,7 +114,7 @@ fn share(place: usize, count: usize) -> f64 {
     place as f64 / count.max(1) as f64
 }
 
-impl Picture for FieldMap {
+impl Picture for SweepMap {
     fn size(&self) -> (u32, u32) {
         (WIDTH, HEIGHT)
     }
@@ -131,8 +131,8 @@ impl Picture for FieldMap {
             label(area, &text, (x + 30.0, 74.0), HPos::Left, &words)?;
             x += 150.0;
         }
-        let (rows, columns) = (self.down.1.len(), self.right.1.len());
-        for (row, fields) in self.fields.iter().enumerate() {
+        let (rows, columns) = (self.y_axis.1.len(), self.x_axis.1.len());
+        for (row, fields) in self.cells.iter().enumerate() {
             for (column, field) in fields.iter().enumerate() {
                 let bottom = TOP + high * (1.0 - share(row, rows));
                 let left = LEFT + wide * share(column, columns);
@@ -150,7 +150,7 @@ impl Picture for FieldMap {
             )
         };
         let mut y = 74.0;
-        for (Border { label: what, pieces }, ink) in self.borders.iter().zip(BORDER_COLORS) {
+        for (Boundary { label: what, pieces }, ink) in self.borders.iter().zip(BORDER_COLORS) {
             for piece in pieces {
                 area.draw(&PathElement::new(piece.map(middle), ink.stroke_width(width(3.0))))?;
             }
@@ -164,15 +164,15 @@ impl Picture for FieldMap {
             y += 22.0;
         }
         let text = font(13.0, FontStyle::Normal, GREY);
-        for (row, value) in self.down.1.iter().enumerate().step_by(rows.div_ceil(MAX_LABELS).max(1)) {
+        for (row, value) in self.y_axis.1.iter().enumerate().step_by(rows.div_ceil(MAX_LABELS).max(1)) {
             let y = TOP + high * (1.0 - share(row, rows) - 0.5 * share(1, rows));
             label(area, value, (LEFT - 10.0, y), HPos::Right, &text)?;
         }
-        for (column, value) in self.right.1.iter().enumerate().step_by(columns.div_ceil(MAX_LABELS).max(1)) {
+        for (column, value) in self.x_axis.1.iter().enumerate().step_by(columns.div_ceil(MAX_LABELS).max(1)) {
             let x = LEFT + wide * (share(column, columns) + 0.5 * share(1, columns));
             label(area, value, (x, TOP + high + 18.0), HPos::Center, &text)?;
         }
-        label(area, &self.right.0, (LEFT + 0.5 * wide, TOP + high + 52.0), HPos::Center, &words)?;
-        upright_label(area, &self.down.0, (28.0, TOP + 0.5 * high), &words)
+        label(area, &self.x_axis.0, (LEFT + 0.5 * wide, TOP + high + 52.0), HPos::Center, &words)?;
+        upright_label(area, &self.y_axis.0, (28.0, TOP + 0.5 * high), &words)
     }
 }

@@ -52,7 +52,7 @@ pub struct Curve {
     /// Column in the recording; a missing column is an empty curve.
     pub column: usize,
     /// Column to subtract, for a difference.
-    pub minus: Option<usize>,
+    pub subtracted_column: Option<usize>,
 }
 
 impl Figure {
@@ -263,7 +263,7 @@ impl<'a> PanelData<'a> {
             .map(|line| {
                 let value = |row: &[f64], column: usize| row.get(column).copied();
                 let of_row = |row: &[f64]| {
-                    let subtrahend = line.minus.map_or(Some(0.0), |column| value(row, column))?;
+                    let subtrahend = line.subtracted_column.map_or(Some(0.0), |column| value(row, column))?;
                     Some(value(row, line.column)? - subtrahend)
                 };
                 let values = recording.rows().filter_map(of_row).map(|value| {
@@ -372,7 +372,7 @@ mod tests {
     }
 
     fn figure() -> Figure {
-        let line = |label: &str, column| Curve { label: label.into(), column, minus: None };
+        let line = |label: &str, column| Curve { label: label.into(), column, subtracted_column: None };
         Figure {
             file_stem: "forces".into(),
             title: "Forces <at> the wall & hand".into(),

@@ -5,7 +5,7 @@ use minijinja::{AutoEscape, Environment, Error, ErrorKind, UndefinedBehavior};
 use serde::Serialize;
 
 use super::plots::{self, PagePlot};
-use super::{Fact, Report, Table};
+use super::{Report, SummaryRow, Table};
 use crate::recorder_files::RecorderFile;
 
 const UPLOT_JS: &str = include_str!("../page/assets/uPlot.iife.min.js");
@@ -30,7 +30,7 @@ pub(super) struct PageImage {
 #[derive(Serialize)]
 struct Page<'a> {
     title: &'a str,
-    summary: &'a [Fact],
+    summary: &'a [SummaryRow],
     axes: &'a Table,
     faults: &'a [String],
     images: &'a [PageImage],

@@ -24,9 +24,9 @@ use std::time::{Duration, Instant};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 
-use super::facts::{ControllerFacts, RunFacts};
+use super::facts::{ControllerMetadata, RunMetadata};
 use crate::cdr;
-use hil_sim::recording::{Piece, TickInputs};
+use hil_sim::recording::{RecordingChunk, TickInputs};
 pub(crate) use inputs::{
     DEFINITION as INPUTS_DEFINITION, InputsMessage, PacketMessage, TOPIC as INPUTS_TOPIC,
 };
@@ -46,7 +46,7 @@ pub(crate) const DEVICE_END: &str = ".device.json";
 type McapFile<'a> = Writer<WholeFile<'a>>;
 
 /// Writes received rows until the sender is dropped.
-pub(super) fn write(pieces: &Receiver<Piece>, file: &File, facts: &RunFacts) -> io::Result<()> {
+pub(super) fn write(pieces: &Receiver<RecordingChunk>, file: &File, facts: &RunMetadata) -> io::Result<()> {
     let mut recording = Recording::begin(file, facts).map_err(io_error)?;
     loop {
         match pieces.recv_timeout(CHUNK_TIME.saturating_sub(recording.written.elapsed())) {
@@ -66,7 +66,7 @@ pub(super) fn write(pieces: &Receiver<Piece>, file: &File, facts: &RunFacts) -> 
 /// The file, and the message layout of each source.
 struct Recording<'a> {
     mcap: McapFile<'a>,
-    facts: &'a RunFacts,
+    facts: &'a RunMetadata,
     clock: WallClock,
     sources: Vec<Source>,
     columns: usize,
@@ -82,7 +82,7 @@ struct Recording<'a> {
 }
 
 impl<'a> Recording<'a> {
-    fn begin(file: &'a File, facts: &'a RunFacts) -> Result<Self, McapError> {
+    fn begin(file: &'a File, facts: &'a RunMetadata) -> Result<Self, McapError> {
         let options = WriteOptions::new()
             .compression(Some(Compression::Lz4))
             .chunk_size(None)
@@ -114,18 +114,18 @@ impl<'a> Recording<'a> {
         self.mcap.flush()
     }
 
-    fn add(&mut self, piece: Piece) -> Result<(), McapError> {
+    fn add(&mut self, piece: RecordingChunk) -> Result<(), McapError> {
         match piece {
-            Piece::Columns(columns) => {
+            RecordingChunk::Columns(columns) => {
                 self.sources = Source::of_all(&mut self.mcap, &columns, std::mem::take(&mut self.sources))?;
                 self.columns = columns.len();
                 Ok(())
             }
-            Piece::Inputs(inputs) => {
+            RecordingChunk::Inputs(inputs) => {
                 self.waiting.extend(inputs);
                 Ok(())
             }
-            Piece::Rows(values) => {
+            RecordingChunk::Rows(values) => {
                 let mut rows = values.chunks_exact(2 + self.columns);
                 let last_s = rows.clone().last().and_then(|row| row.get(1));
                 last_s.into_iter().for_each(|time_s| self.clock.observe(*time_s));
@@ -186,14 +186,14 @@ fn header(channel_id: u16, sequence: u32, log_time: u64) -> MessageHeader {
 }
 
 /// Attaches settings and controllers of the run.
-fn attach(mcap: &mut McapFile<'_>, facts: &RunFacts) -> Result<(), McapError> {
+fn attach(mcap: &mut McapFile<'_>, facts: &RunMetadata) -> Result<(), McapError> {
     let scheme_file = |name: &str| format!("{name}{SCHEME_END}");
     let mut metadata = BTreeMap::from(
         [("settings", SETTINGS_FILE), ("version", env!("CARGO_PKG_VERSION"))]
             .map(|(name, value)| (name.to_owned(), value.to_owned())),
     );
     let mut files = vec![(SETTINGS_FILE.to_owned(), "application/toml", &facts.settings_toml)];
-    for ControllerFacts { name, scheme, device_json } in &facts.controllers {
+    for ControllerMetadata { name, scheme, device_json } in &facts.controllers {
         metadata.insert(format!("scheme of {name}"), scheme_file(name));
         files.push((scheme_file(name), "text/plain", scheme));
         files

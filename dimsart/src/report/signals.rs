@@ -8,10 +8,10 @@ use std::thread::JoinHandle;
 
 use clap::ValueEnum;
 
-use super::facts::RunFacts;
+use super::facts::RunMetadata;
 use super::{BUS_STEM, PAGE_FILE, ReportError, TIMELINE_STEM, csv, make_folder, mcap, picture_file};
 use crate::recorder_files;
-use hil_sim::recording::Piece;
+use hil_sim::recording::RecordingChunk;
 
 /// Queue length for a slow disk, in blocks of up to 64 rows; the run waits when it is full.
 const MAX_WAITING: usize = 64;
@@ -23,7 +23,7 @@ pub enum SignalsFormat {
     #[default]
     Csv,
     /// Binary, for Foxglove and `PlotJuggler`, with settings and schemes of the run.
-    Mcap(RunFacts),
+    Mcap(RunMetadata),
 }
 
 /// [`SignalsFormat`] by name.
@@ -72,7 +72,7 @@ impl SignalsFile {
         folder: &Path,
         stems: &[&str],
         format: SignalsFormat,
-    ) -> Result<(Self, SyncSender<Piece>), ReportError> {
+    ) -> Result<(Self, SyncSender<RecordingChunk>), ReportError> {
         make_folder(folder)?;
         let pictures = stems.iter().chain(&[BUS_STEM, TIMELINE_STEM]).map(|stem| picture_file(folder, stem));
         let signals = SignalsKind::value_variants().iter().map(|kind| folder.join(kind.file_name()));

@@ -24,7 +24,7 @@ fn report(recording: &Recording) -> Report<'_> {
     let text = |text: &str| text.to_owned();
     Report {
         title: text("Table 1 <script>alert('x')</script> & friends"),
-        summary: vec![Fact {
+        summary: vec![SummaryRow {
             name: text("stable"),
             value: text("yes"),
             unit: String::new(),
@@ -42,8 +42,8 @@ fn report(recording: &Recording) -> Report<'_> {
                 title: text("Axis 0"),
                 y_label: text("position (m)"),
                 curves: vec![
-                    Curve { label: text("master"), column: 0, minus: None },
-                    Curve { label: text("slave"), column: 1, minus: None },
+                    Curve { label: text("master"), column: 0, subtracted_column: None },
+                    Curve { label: text("slave"), column: 1, subtracted_column: None },
                 ],
                 levels: vec![],
             }],
@@ -65,14 +65,14 @@ fn report(recording: &Recording) -> Report<'_> {
 #[test]
 fn a_folder_that_was_tried_is_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
-    try_folder(&folder.path().join("new/run")).unwrap();
+    check_folder_writable(&folder.path().join("new/run")).unwrap();
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     let signals = folder.path().join(SignalsKind::Csv.file_name());
     fs::write(&signals, "an older report").unwrap();
-    try_folder(folder.path()).unwrap();
+    check_folder_writable(folder.path()).unwrap();
     assert_eq!(fs::read_to_string(&signals).unwrap(), "an older report");
     let below = signals.join("run");
-    assert!(matches!(try_folder(&below), Err(ReportError::Folder { path, .. }) if path == below));
+    assert!(matches!(check_folder_writable(&below), Err(ReportError::Folder { path, .. }) if path == below));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 /// A key and its values, as for `--set`.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Values {
+pub struct GridAxis {
     /// Key, or several keys joined by `+` with the same value.
     pub key: String,
     /// Values in order.
@@ -24,7 +24,7 @@ pub struct GridError {
 /// Maximum number of points of a grid.
 const MAX_POINTS: usize = 10_000_000;
 
-impl FromStr for Values {
+impl FromStr for GridAxis {
     type Err = GridError;
 
     /// Parses `key=1,2,5`, `key=0:100:10` (from, to, step), or `key=log:1:1000:7` (from, to, count on a logarithmic scale).
@@ -76,7 +76,7 @@ fn number(value: f64) -> String {
 /// Every combination of values; the last key changes fastest.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Grid {
-    axes: Vec<Values>,
+    axes: Vec<GridAxis>,
 }
 
 impl Grid {
@@ -84,7 +84,7 @@ impl Grid {
     ///
     /// # Errors
     /// [`GridError`] for no keys, for a duplicate key, or for more than 10 million points.
-    pub fn new(axes: Vec<Values>) -> Result<Self, GridError> {
+    pub fn new(axes: Vec<GridAxis>) -> Result<Self, GridError> {
         let refuse =
             |text: &str, reason: &str| Err(GridError { text: text.to_owned(), reason: reason.to_owned() });
         if axes.is_empty() {
@@ -104,7 +104,7 @@ impl Grid {
 
     /// Returns the keys with their values.
     #[must_use]
-    pub fn axes(&self) -> &[Values] {
+    pub fn axes(&self) -> &[GridAxis] {
         &self.axes
     }
 
@@ -144,7 +144,7 @@ impl Grid {
     #[must_use]
     pub fn settings(&self, point: usize) -> Vec<String> {
         let pairs = self.axes.iter().zip(self.values(point));
-        let settings = |(axis, value): (&Values, String)| {
+        let settings = |(axis, value): (&GridAxis, String)| {
             axis.key.split('+').map(move |key| format!("{key}={value}")).collect::<Vec<_>>()
         };
         pairs.flat_map(settings).collect()
@@ -189,7 +189,7 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Vec<String> {
-        text.parse::<Values>().unwrap().values
+        text.parse::<GridAxis>().unwrap().values
     }
 
     #[test]
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(values("k=0.1:0.3:0.1"), ["0.1", "0.2", "0.3"]);
         assert_eq!(values("k=log:1:1000:4"), ["1", "10", "100", "1000"]);
         for wrong in ["k", "=1", "k=", "k=1,,2", "k=1:2", "k=0:1:-1", "k=log:0:1:3", "k=a:b:c"] {
-            assert!(wrong.parse::<Values>().is_err(), "{wrong}");
+            assert!(wrong.parse::<GridAxis>().is_err(), "{wrong}");
         }
     }
 

@@ -1,6 +1,6 @@
 //! Map of a sweep over two keys, one field per point.
 
-use crate::report::{Border, Field, FieldMap, contour};
+use crate::report::{Boundary, CellValue, SweepMap, contour};
 
 use super::Grid;
 use super::file::SweepTable;
@@ -36,7 +36,7 @@ const THEORIES: [Theory; 2] = [
 ///
 /// Further keys have their first value.
 #[must_use]
-pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
+pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<SweepMap> {
     let [down, right] = grid.axes().get(..2)? else { return None };
     let column = table.header.iter().position(|name| name == figure)?;
     let of = |name: &str, row: &Vec<String>| {
@@ -60,10 +60,10 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
         .and_then(|row| row.get(column))
         .map(String::as_str)
     {
-        Some("true") => Field::Yes,
-        Some("false") => Field::No,
-        Some(text) => text.parse().map_or(Field::Nothing, Field::Number),
-        None => Field::Nothing,
+        Some("true") => CellValue::Yes,
+        Some("false") => CellValue::No,
+        Some(text) => text.parse().map_or(CellValue::Nothing, CellValue::Number),
+        None => CellValue::Nothing,
     };
     let fields = down.values.iter().map(|high| right.values.iter().map(|low| field(low, high)).collect());
     let number = |row: &Vec<String>, column: usize| row.get(column)?.parse::<f64>().ok();
@@ -78,7 +78,7 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
         growths.iter().filter_map(|column| number(row, *column)).reduce(f64::max).map(|growth| growth - 1.0)
     });
     let growing =
-        Border { label: "largest eigenvalue 1: unstable beyond".to_owned(), pieces: contour(&growth) };
+        Boundary { label: "largest eigenvalue 1: unstable beyond".to_owned(), pieces: contour(&growth) };
     let by_theory = THEORIES.iter().filter_map(|theory| {
         let place = |name: &str| table.header.iter().position(|known| known == name);
         let (figure, limit) = (place(theory.figure)?, place(theory.limit)?);
@@ -95,15 +95,15 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
             // A single row, or fields without a theoretical value.
             true => return None,
         };
-        Some(Border { label: label.to_owned(), pieces })
+        Some(Boundary { label: label.to_owned(), pieces })
     });
     let borders = Some(growing).filter(|growing| !growing.pieces.is_empty()).into_iter().chain(by_theory);
     let rest: String = first.iter().map(|(key, value)| format!(", {key} = {value}")).collect();
-    Some(FieldMap {
+    Some(SweepMap {
         title: format!("{figure}{rest}"),
-        down: (down.key.clone(), down.values.clone()),
-        right: (right.key.clone(), right.values.clone()),
-        fields: fields.collect(),
+        y_axis: (down.key.clone(), down.values.clone()),
+        x_axis: (right.key.clone(), right.values.clone()),
+        cells: fields.collect(),
         borders: borders.collect(),
     })
 }

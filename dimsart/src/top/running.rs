@@ -108,7 +108,7 @@ impl Running<'_> {
                             seen.live.hear(&rows);
                         }
                     }
-                    Ok(News::Cut(_)) => {}
+                    Ok(News::Discontinuity(_)) => {}
                     // Missed news: read the latest of each kind again.
                     Err(TryRecvError::Lagged(_)) => {
                         station.board().last().iter().for_each(|text| self.screen.hear(number, text));

@@ -3,8 +3,8 @@
 use serde_json::Value;
 
 use super::live::Live;
+use super::messages::{Event, Faults, Module, Overview, Parameter, Signal, Status, Told};
 use super::text;
-use super::told::{Event, Faults, Module, Overview, Parameter, Signal, Status, Told};
 
 /// Known state of a station.
 #[derive(Debug, Default)]
@@ -51,7 +51,7 @@ impl Seen {
     /// Handles news; returns the reason if motion has ended.
     pub(super) fn hear(&mut self, text: &str) -> Option<String> {
         match Told::read(text)? {
-            Told::Gone(reason) => self.gone = reason,
+            Told::Disconnected(reason) => self.gone = reason,
             Told::Status(status) => self.status = Some(status),
             Told::Faults(faults) => self.faults = Some(faults),
             Told::Events(events) => self.events = events,

@@ -1,6 +1,6 @@
 //! A host at the board's command line, in the board's time.
 
-use dimsart_core::{Command, ModuleRef, Reason, TypeRef, Value};
+use dimsart_core::{Command, ModuleRef, SafetyReason, TypeRef, Value};
 use dimsart_link::protocol::{
     LeaseAction, MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
 };
@@ -85,7 +85,7 @@ impl Client {
         while answer.is_none() && powered.time_s() < end_s {
             powered.period();
             let bytes: Vec<u8> = powered.received.drain(..).collect();
-            receiver.take_all(&bytes, |content| {
+            receiver.push_all(&bytes, |content| {
                 if let Ok((of, response)) = decode_response(content)
                     && of == id
                 {
@@ -93,7 +93,7 @@ impl Client {
                 }
             });
         }
-        answer.unwrap_or_else(|| panic!("no answer to {request:?} at {}", powered.bench.processor.place()))
+        answer.unwrap_or_else(|| panic!("no answer to {request:?} at {}", powered.bench.processor.location()))
     }
 
     fn send(&mut self, powered: &mut Powered, request: &Request) -> u16 {
@@ -152,12 +152,12 @@ impl Client {
     }
 
     /// Returns why the scheme does not command the device; `None` if it does.
-    pub(crate) fn reason(&mut self, powered: &mut Powered) -> Option<Reason> {
+    pub(crate) fn reason(&mut self, powered: &mut Powered) -> Option<SafetyReason> {
         let number = self.ask(powered, &Request::Safety, |response| match response {
             Response::Safety(report) => Some(report.reason),
             _ => None,
         });
-        Reason::ALL.iter().copied().find(|reason| reason.number() == number)
+        SafetyReason::ALL.iter().copied().find(|reason| reason.number() == number)
     }
 
     /// Returns the first word of a signal as a real number.

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use std::sync::{Arc, Mutex};
 
 use chips::SharedBoard;
-use dimsart::commissioning::{Check, LockedRotor, Surroundings, Verdict, examine};
+use dimsart::commissioning::{BoardEnvironment, Check, LockedRotor, Verdict, examine};
 use dimsart::connect::Device;
 
 use crate::common::{CommandLine, PATIENCE, bench};
@@ -89,7 +89,7 @@ fn an_image_without_a_stamp_fails_and_so_does_another_board() {
 /// Examines a board in an emulated chip with a fault.
 fn examined(spoil: impl FnOnce(&mut Device<CommandLine>, &mut SharedBoard)) -> Option<Vec<Check>> {
     let mut around = SharedBoard::new(bench("nucleo-g474re")?);
-    let mut device = Device::greet(around.line(), PATIENCE, dimsart_modules::ALL).unwrap();
+    let mut device = Device::identify(around.line(), PATIENCE, dimsart_modules::ALL).unwrap();
     spoil(&mut device, &mut around);
     Some(examine(&mut device, &around, Some("nucleo-g474re")).unwrap())
 }
@@ -155,7 +155,7 @@ impl Write for Line {
     }
 }
 
-impl Surroundings for Line {
+impl BoardEnvironment for Line {
     fn now_s(&self) -> f64 {
         self.powered.lock().unwrap().time_s()
     }
@@ -182,8 +182,8 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     powered.run_for(0.3);
     powered.received.clear();
     let line = Line { powered: Arc::new(Mutex::new(powered)) };
-    let mut device = Device::greet(line.clone(), PATIENCE, dimsart_modules::ALL).unwrap();
-    let before = LockedRotor::prepare(&mut device).unwrap();
+    let mut device = Device::identify(line.clone(), PATIENCE, dimsart_modules::ALL).unwrap();
+    let before = LockedRotor::load_zero_torque_scheme(&mut device).unwrap();
     let right = LockedRotor { torque_nm: 0.05, torque_constant_nm_per_a: 0.05 };
     let (check, step) = right.step(&mut device, &line).unwrap();
     assert_eq!(check.verdict, Verdict::Passed, "{check}");
@@ -199,6 +199,6 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     let (check, _) = right.step(&mut device, &line).unwrap();
     assert!(check.verdict == Verdict::Failed && check.remedy.contains("the rotor turned"), "{check}");
     assert!(!line.powered.lock().unwrap().is_on(), "the lease was not released");
-    LockedRotor::put_back(&mut device, &before).unwrap();
+    LockedRotor::restore_scheme(&mut device, &before).unwrap();
     assert_eq!(device.scheme_rows(None).unwrap(), before);
 }

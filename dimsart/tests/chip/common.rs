@@ -13,13 +13,13 @@ pub(crate) const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_secs(20
 
 /// Returns the board of a name on the bench, with its image; `None` without images.
 pub(crate) fn bench(name: &str) -> Option<Bench> {
-    let board = Board::named(name).unwrap();
+    let board = Board::find(name).unwrap();
     Some(Bench::new(board, image(name)?).unwrap())
 }
 
 /// Returns the board of a name on the bench, with another image.
 pub(crate) fn bench_of(name: &str, image: Arc<Image>) -> Bench {
-    Bench::new(Board::named(name).unwrap(), image).unwrap()
+    Bench::new(Board::find(name).unwrap(), image).unwrap()
 }
 
 /// A board that a test and its command line share.
@@ -48,8 +48,8 @@ impl<W: OnBench> Shared<W> {
     }
 
     /// Identifies the device.
-    pub(crate) fn greet(&self) -> Device<CommandLine<W>> {
-        Device::greet(self.0.line(), PATIENCE, dimsart_modules::ALL).unwrap()
+    pub(crate) fn identify(&self) -> Device<CommandLine<W>> {
+        Device::identify(self.0.line(), PATIENCE, dimsart_modules::ALL).unwrap()
     }
 
     /// Checks the board against the chip's rules.

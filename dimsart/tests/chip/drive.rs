@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use dimsart_core::{Reason, types};
+use dimsart_core::{SafetyReason, types};
 
 use crate::client::Client;
 use crate::motor::{PERIOD_CYCLES, Powered};
@@ -71,7 +71,7 @@ fn a_shunt_that_shows_a_current_at_rest_is_told_and_nothing_moves() {
     let mut client = Client::new(&mut powered);
     client.take_lease(&mut powered);
     client.run_for(&mut powered, 0.2);
-    assert_eq!(client.reason(&mut powered), Some(Reason::CurrentSensors));
+    assert_eq!(client.reason(&mut powered), Some(SafetyReason::CurrentSensors));
     assert!(!powered.is_on());
 }
 
@@ -169,7 +169,7 @@ fn an_incremental_encoder_that_loses_counts_is_a_named_fault_and_the_rotor_does_
     let after_s = until_off(&mut standing, &mut waiting, 0.5, |_, _| {});
     let speed_rad_per_s = standing.motor.state().speed_rad_per_s;
     eprintln!("0.08 N m afterwards: off after {after_s:.4} s at {speed_rad_per_s:.1} rad/s");
-    assert_eq!(waiting.reason(&mut standing), Some(Reason::EncoderSlipped));
+    assert_eq!(waiting.reason(&mut standing), Some(SafetyReason::EncoderSlipped));
     assert!(after_s < 0.05 && speed_rad_per_s.abs() < 60.0, "{after_s} s, {speed_rad_per_s} rad/s");
     // While it turns.
     let missing: Slip = |powered, _| powered.slip_rad = -0.01 * powered.motor.state().angle_rad;
@@ -191,7 +191,7 @@ fn an_incremental_encoder_that_loses_counts_is_a_named_fault_and_the_rotor_does_
             least = least.min(state.speed_rad_per_s);
         });
         eprintln!("{name}: off after {after_s:.4} s, wrong since {wrong_s:?}, at least {least:.1} rad/s");
-        assert_eq!(client.reason(&mut powered), Some(Reason::EncoderSlipped), "{name}");
+        assert_eq!(client.reason(&mut powered), Some(SafetyReason::EncoderSlipped), "{name}");
         assert!(
             wrong_s.is_none_or(|wrong_s| after_s - wrong_s < 0.02) && least > -30.0,
             "{name}: {after_s} s"
@@ -213,7 +213,8 @@ fn a_saturated_shunt_and_a_short_circuit_are_named_in_every_phase_of_the_tick() 
             let (mut powered, mut client) = (powered.clone(), client.clone());
             powered.saturated = saturated;
             powered.short_circuit_a = if saturated.is_none() { 80.0 } else { 0.0 };
-            let reason = if saturated.is_none() { Reason::Overcurrent } else { Reason::CurrentSensors };
+            let reason =
+                if saturated.is_none() { SafetyReason::Overcurrent } else { SafetyReason::CurrentSensors };
             client.run_for(&mut powered, 0.003);
             assert!(!powered.is_on());
             assert_eq!(client.reason(&mut powered), Some(reason), "{saturated:?}, {phase}");
@@ -236,7 +237,7 @@ fn a_short_circuit_opens_the_bridge_within_two_periods() {
         eprintln!("{short_circuit_a} A: off {after} cycles after it could be sampled");
         // It may have started a period before it could be sampled.
         assert!(after < PERIOD_CYCLES, "{after} cycles");
-        assert_eq!(client.reason(&mut powered), Some(Reason::Overcurrent));
+        assert_eq!(client.reason(&mut powered), Some(SafetyReason::Overcurrent));
         assert_eq!(powered.bench.violations(), [] as [&str; 0]);
     }
 }
@@ -244,9 +245,11 @@ fn a_short_circuit_opens_the_bridge_within_two_periods() {
 #[test]
 fn a_supply_out_of_its_range_opens_the_bridge() {
     let Some((powered, client)) = aligned() else { return };
-    for (supply_v, reason) in
-        [(28.5, Reason::Overvoltage), (7.5, Reason::Undervoltage), (0.0, Reason::Undervoltage)]
-    {
+    for (supply_v, reason) in [
+        (28.5, SafetyReason::Overvoltage),
+        (7.5, SafetyReason::Undervoltage),
+        (0.0, SafetyReason::Undervoltage),
+    ] {
         let (mut powered, mut client) = (powered.clone(), client.clone());
         assert!(powered.is_on());
         powered.set_supply(supply_v);
@@ -267,7 +270,7 @@ fn a_bridge_that_is_too_hot_or_says_nothing_of_it_is_opened() {
         let (mut powered, mut client) = (powered.clone(), client.clone());
         powered.set_bridge_temperature(celsius);
         client.run_for(&mut powered, 0.1);
-        assert_eq!(client.reason(&mut powered), Some(Reason::Overtemperature), "{celsius} °C");
+        assert_eq!(client.reason(&mut powered), Some(SafetyReason::Overtemperature), "{celsius} °C");
         assert!(!powered.is_on());
     }
 }
@@ -293,7 +296,7 @@ fn an_encoder_that_is_unplugged_while_the_rotor_turns_is_a_named_fault_and_the_r
     assert!(after_s < 0.1, "{after_s} s");
     client.run_for(&mut powered, 0.005);
     // An incremental encoder does not report a disconnection: the back-EMF shows it.
-    assert_eq!(client.reason(&mut powered), Some(Reason::EncoderLost));
+    assert_eq!(client.reason(&mut powered), Some(SafetyReason::EncoderLost));
     // It is connected again, at another position.
     powered.motor.set_rotor(2.0, 0.0);
     powered.has_encoder = true;
@@ -340,7 +343,7 @@ fn a_period_of_the_current_loop_takes_a_sixth_of_its_time_at_most() {
 fn the_current_loop_comes_in_time_while_the_command_line_is_busy() {
     let Some((mut powered, mut client)) = aligned() else { return };
     client.want(&mut powered, 0.01);
-    powered.chip().take_answer_cycles();
+    powered.chip().take_response_cycles();
     // As many requests as are answered; then a burst, of which some are lost.
     for gap_s in [1e-3, 0.0] {
         let (mut asked, mut next_s, end_s) = (0, 0.0, powered.time_s() + 0.3);
@@ -352,7 +355,7 @@ fn the_current_loop_comes_in_time_while_the_command_line_is_busy() {
             }
             client.period(&mut powered);
         }
-        let (least, most) = powered.chip().take_answer_cycles().unwrap();
+        let (least, most) = powered.chip().take_response_cycles().unwrap();
         eprintln!("{asked} requests: {least} to {most} cycles from the last sample to the loop");
         assert!(asked > 200);
         assert!(most - least <= MAX_JITTER_CYCLES, "{least} to {most} cycles");

@@ -19,7 +19,7 @@ impl As5047pModel {
             min_select_s: 350e-9,
             min_release_s: 350e-9,
             state: [0, Self::GOOD, 0, 0],
-            behaviour: Self::behave,
+            on_event: Self::behave,
         }
     }
 
@@ -58,7 +58,7 @@ impl Mt6701Model {
             min_select_s: 100e-9,
             min_release_s: 100e-9,
             state: [0; 4],
-            behaviour: Self::behave,
+            on_event: Self::behave,
         }
     }
 
@@ -102,7 +102,7 @@ impl As5600Model {
             min_high_s: 260e-9,
             min_setup_s: 50e-9 + 120e-9,
             state: [0, Self::GOOD, 0, 0],
-            behaviour: Self::behave,
+            on_event: Self::behave,
         }
     }
 

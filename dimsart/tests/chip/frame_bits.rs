@@ -27,7 +27,7 @@ fn both_models_count_the_same_bits() {
             is_remote: false,
             is_fd,
             switches_rate: is_fd,
-            is_from_passive: false,
+            is_sender_error_passive: false,
             code,
             data: data.clone(),
         };

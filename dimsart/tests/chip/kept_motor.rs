@@ -3,7 +3,7 @@
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use dimsart::connect::{ConnectError, Device, ValueText};
+use dimsart::connect::{ConnectError, Device, DisplayValue};
 use dimsart_link::protocol::IdentificationFailure;
 
 use crate::common::{PATIENCE, Shared};
@@ -36,14 +36,15 @@ impl Board {
         self.0.lock().unwrap()
     }
 
-    fn greet(&self) -> Device<Line> {
-        Device::greet(Line { board: self.clone(), rest: Vec::new() }, PATIENCE, dimsart_modules::ALL).unwrap()
+    fn identify(&self) -> Device<Line> {
+        Device::identify(Line { board: self.clone(), rest: Vec::new() }, PATIENCE, dimsart_modules::ALL)
+            .unwrap()
     }
 
     fn restart(&self) -> Device<Line> {
         self.powered().bench.reset();
         self.powered().run_for(START_S);
-        self.greet()
+        self.identify()
     }
 }
 
@@ -77,40 +78,40 @@ impl Write for Line {
 #[test]
 fn a_configuration_that_is_set_is_taken_by_the_next_start_until_it_is_forgotten() {
     let Some(board) = Board::start() else { return };
-    let mut device = board.greet();
+    let mut device = board.identify();
     let image = device.motor().unwrap();
     assert_eq!(image.configuration, board.powered().drive.configuration);
-    assert!(!image.is_kept && !image.waits && image.fallback.is_none());
+    assert!(!image.is_stored && !image.is_restart_pending && image.fallback.is_none());
 
     let mut told = image.configuration;
     (told.joint.gear_ratio, told.joint.zero_rad, told.limits.current_a) = (-4.0, 0.5, 4.0);
     assert!(device.store_motor(&told).unwrap(), "its scheme runs, and the write would delay its ticks");
     let now = device.motor().unwrap();
-    assert!(now.waits && now.configuration == image.configuration);
+    assert!(now.is_restart_pending && now.configuration == image.configuration);
 
     device.restart().unwrap();
     let kept = device.motor().unwrap();
-    assert!(kept.is_kept && !kept.waits && kept.fallback.is_none(), "{kept:?}");
+    assert!(kept.is_stored && !kept.is_restart_pending && kept.fallback.is_none(), "{kept:?}");
     assert_eq!(kept.configuration, told);
     // The joint turns back by a quarter of the rotor's angle, relative to its start.
     board.powered().motor.set_rotor(0.3 + 2.0, 0.0);
     board.powered().run_for(0.05);
     let signals = device.signals(&["POSITION".to_owned()]).unwrap();
-    let Some(ValueText::Real(position)) = signals.first().and_then(|signal| signal.values.first()) else {
+    let Some(DisplayValue::Real(position)) = signals.first().and_then(|signal| signal.values.first()) else {
         panic!("{signals:?}")
     };
     assert!(position.abs() < 0.01, "0.5 - 2 / 4: {position}");
 
     device.delete_motor().unwrap();
     let forgotten = board.restart().motor().unwrap();
-    assert!(!forgotten.is_kept && forgotten.configuration == image.configuration);
+    assert!(!forgotten.is_stored && forgotten.configuration == image.configuration);
     assert_eq!(board.powered().bench.violations(), [] as [&str; 0]);
 }
 
 #[test]
 fn what_the_board_would_not_take_is_refused_and_nothing_is_kept() {
     let Some(board) = Board::start() else { return };
-    let mut device = board.greet();
+    let mut device = board.identify();
     let right = device.motor().unwrap().configuration;
     let mut too_much = right;
     too_much.limits.current_a = 50.0;
@@ -125,15 +126,15 @@ fn what_the_board_would_not_take_is_refused_and_nothing_is_kept() {
     let refused = device.restart().unwrap_err().to_string();
     assert!(refused.contains("holds the lease"), "{refused}");
     device.release_lease().unwrap();
-    assert!(!device.motor().unwrap().waits);
-    assert!(!board.restart().motor().unwrap().is_kept);
+    assert!(!device.motor().unwrap().is_restart_pending);
+    assert!(!board.restart().motor().unwrap().is_stored);
 }
 
 #[test]
 fn a_board_without_a_drive_says_so() {
     let Some(shared) = Shared::start("nucleo-g474re") else { return };
     shared.run_for(0.1);
-    let mut device = shared.greet();
+    let mut device = shared.identify();
     assert!(matches!(device.motor(), Err(ConnectError::NoDrive)));
     assert!(matches!(device.delete_motor(), Err(ConnectError::NoDrive)));
 }
@@ -141,7 +142,7 @@ fn a_board_without_a_drive_says_so() {
 #[test]
 fn a_board_identifies_its_motor_although_it_was_told_of_another_one() {
     let Some(board) = Board::start() else { return };
-    let mut device = board.greet();
+    let mut device = board.identify();
     let truth = device.motor().unwrap().configuration.motor;
     let mut told = device.motor().unwrap().configuration;
     (told.motor.pole_pairs, told.motor.resistance_ohm, told.motor.direct_inductance_h) = (4, 2.0, 1e-3);
@@ -165,7 +166,7 @@ fn a_board_identifies_its_motor_although_it_was_told_of_another_one() {
 fn a_motor_of_low_resistance_asks_for_the_current_that_identifies_it() {
     let Some(board) = Board::start() else { return };
     board.powered().set_resistance(0.02);
-    let mut device = board.greet();
+    let mut device = board.identify();
     let mut told = device.motor().unwrap().configuration;
     (told.limits.current_a, told.limits.trip_current_a) = (10.0, 20.0);
     device.store_motor(&told).unwrap();
@@ -187,7 +188,7 @@ fn a_motor_of_low_resistance_asks_for_the_current_that_identifies_it() {
 fn a_rotor_that_is_held_is_told() {
     let Some(board) = Board::start() else { return };
     board.powered().lock(true);
-    let mut device = board.greet();
+    let mut device = board.identify();
     device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     let error = device.identify_motor(2.0, || {}).unwrap_err();
     assert!(matches!(error, ConnectError::Identification(IdentificationFailure::DidNotMove)), "{error}");

@@ -1,7 +1,7 @@
 //! Schemes in a board's flash, including slow and failing writes.
 
 use chips::stm32g4::FlashFault;
-use chips::{BOARDS, Bench, Part};
+use chips::{BOARDS, Bench, ChipModel};
 use cycles::processor::Reset;
 use dimsart::connect::{ConnectError, Device, StoredSchemesReport};
 
@@ -13,12 +13,12 @@ const START_S: f64 = 0.1;
 const HALF_TICK_CYCLES: u32 = 84_000;
 
 fn stiffness(shared: &Shared) -> String {
-    shared.greet().get("PDCTRL_MOD", "K_PARAM").unwrap().to_string()
+    shared.identify().get("PDCTRL_MOD", "K_PARAM").unwrap().to_string()
 }
 
 /// Changes the scheme and saves it for a trial.
 fn change_and_save(shared: &Shared, stiffness: &str) -> Result<String, String> {
-    shared.greet().set("PDCTRL_MOD", "K_PARAM", stiffness).unwrap();
+    shared.identify().set("PDCTRL_MOD", "K_PARAM", stiffness).unwrap();
     write(shared, Device::save).map(|kept| kept.trial.to_owned())
 }
 
@@ -27,8 +27,8 @@ fn write(
     shared: &Shared,
     action: fn(&mut Device<CommandLine>) -> Result<StoredSchemesReport, ConnectError>,
 ) -> Result<StoredSchemesReport, String> {
-    let mut device = shared.greet();
-    if shared.bench().board.part == Part::G474re {
+    let mut device = shared.identify();
+    if shared.bench().board.part == ChipModel::G474re {
         return action(&mut device).map_err(|error| error.to_string());
     }
     let refused = action(&mut device).unwrap_err().to_string();
@@ -53,7 +53,7 @@ fn a_scheme_is_saved_tried_and_confirmed() {
         assert_eq!(write(&shared, Device::confirm).unwrap().origin, "trial");
         shared.bench().reset();
         shared.run_for(START_S);
-        let kept = shared.greet().overview().unwrap().status.schemes.unwrap();
+        let kept = shared.identify().overview().unwrap().status.schemes.unwrap();
         assert_eq!((kept.origin, kept.is_saved), ("saved", true), "{}", board.name);
         assert_ne!(stiffness(&shared), built_in);
         shared.assert_sound();
@@ -72,7 +72,7 @@ fn saving_until_pages_are_erased_holds_up_no_tick_where_there_are_two_banks() {
             let stiffness = if saves % 2 == 0 { "0.25" } else { "0.24" };
             assert_eq!(change_and_save(&shared, stiffness).as_deref(), Ok("waits"), "{} {saves}", board.name);
         }
-        let timing = shared.greet().overview().unwrap().status.timing.unwrap();
+        let timing = shared.identify().overview().unwrap().status.timing.unwrap();
         println!("{}: {saves} saves, {timing:?}", board.name);
         assert!(timing.max_cycles < Some(HALF_TICK_CYCLES), "{timing:?}");
         if board.name == "nucleo-g474re" {
@@ -114,7 +114,7 @@ fn start_in_time(shared: &Shared, case: &str) -> StoredSchemesReport {
     };
     assert!(resets.iter().all(|reset| *reset == Reset::Pin), "{case}: {resets:?}");
     assert_eq!(now_erased, erased, "{case}: erased by a start");
-    let kept = shared.greet().kept().unwrap().unwrap();
+    let kept = shared.identify().stored_schemes().unwrap().unwrap();
     shared.assert_sound();
     kept
 }
@@ -147,7 +147,7 @@ fn every_start_after_a_save_is_in_time_whatever_its_page_is_full_of() {
 
 /// Flash address of a board's schemes.
 fn storage(bench: &Bench) -> usize {
-    if bench.board.part == Part::G474re { 0x40000 } else { 0x1F000 }
+    if bench.board.part == ChipModel::G474re { 0x40000 } else { 0x1F000 }
 }
 
 #[test]
@@ -206,7 +206,7 @@ fn a_start_that_erases_the_pages_of_keys_is_in_time_and_one_that_never_ends_is_r
     shared.run_for(2.0 * START_S);
     assert_eq!(shared.bench().chip().flash_writes().0, 2);
     assert_eq!(shared.bench().chip().resets(), []);
-    shared.greet();
+    shared.identify();
     shared.assert_sound();
 
     broken.chip().set_flash_fault(FlashFault::NeverErased);
@@ -218,5 +218,5 @@ fn a_start_that_erases_the_pages_of_keys_is_in_time_and_one_that_never_ends_is_r
     let shared = Shared::of(broken);
     shared.run_for(2.0 * START_S);
     assert_eq!(shared.bench().chip().resets().len(), resets);
-    shared.greet();
+    shared.identify();
 }

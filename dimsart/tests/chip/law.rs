@@ -26,7 +26,7 @@ fn start() -> Option<Shared> {
 }
 
 fn force(shared: &Shared) -> String {
-    let signals = shared.greet().signals(&["DES_FORCE".to_owned()]).unwrap();
+    let signals = shared.identify().signals(&["DES_FORCE".to_owned()]).unwrap();
     signals.iter().map(ToString::to_string).collect()
 }
 
@@ -34,16 +34,16 @@ fn force(shared: &Shared) -> String {
 fn a_law_is_uploaded_plugged_in_saved_and_runs_after_a_restart_and_no_tick_is_lost() {
     let Some(shared) = start() else { return };
     let law = Law::compile(LAW, "spring.law").unwrap();
-    let mut device = shared.greet();
+    let mut device = shared.identify();
     let report = device.upload_law(&law, None).unwrap();
     assert_eq!((report.number, report.is_used, report.cycles.is_some()), (1, false, true), "{report}");
     device.begin().unwrap();
-    device.off("PDCTRL_MOD").unwrap();
+    device.unplug("PDCTRL_MOD").unwrap();
     device.set("ONLINE_MOD", "PROGRAM", "1").unwrap();
     device.set("ONLINE_MOD", "offset[0]", "0.5").unwrap();
     assert!(device.set("ONLINE_MOD", "offset", "1.5").is_err(), "the range of the law");
     // In place of the PD controller: later modules read its force.
-    device.on("ONLINE_MOD", Some("TIMEDELAY_MOD")).unwrap();
+    device.plug_in("ONLINE_MOD", Some("TIMEDELAY_MOD")).unwrap();
     device.commit().unwrap();
     shared.run_for(START_S);
     assert!(force(&shared).contains("0.5"), "{}", force(&shared));
@@ -57,7 +57,7 @@ fn a_law_is_uploaded_plugged_in_saved_and_runs_after_a_restart_and_no_tick_is_lo
 
     shared.bench().reset();
     shared.run_for(START_S);
-    let mut device = shared.greet();
+    let mut device = shared.identify();
     let kept = device.overview().unwrap().status.schemes.unwrap();
     assert_eq!(kept.origin, "trial", "{kept}");
     assert!(force(&shared).contains("0.5"), "{}", force(&shared));
@@ -69,7 +69,7 @@ fn a_law_is_uploaded_plugged_in_saved_and_runs_after_a_restart_and_no_tick_is_lo
 #[test]
 fn a_damaged_law_and_one_that_takes_too_long_are_refused_and_nothing_changes() {
     let Some(shared) = start() else { return };
-    let mut device = shared.greet();
+    let mut device = shared.identify();
     let before = device.scheme_rows(None).unwrap();
     let mut law = Law::compile(LAW, "spring.law").unwrap();
     law.words[6] ^= 1;
@@ -84,10 +84,10 @@ fn a_damaged_law_and_one_that_takes_too_long_are_refused_and_nothing_changes() {
     let report = device.upload_law(&Law::compile(&long, "long.law").unwrap(), None).unwrap();
     assert_eq!(report.number, 1, "{report}");
     device.set("ONLINE_MOD", "PROGRAM", "1").unwrap();
-    device.on("ONLINE_MOD", None).unwrap();
+    device.plug_in("ONLINE_MOD", None).unwrap();
     device.set("ONLINE_MOD.2", "PROGRAM", "1").unwrap();
     device.set("ONLINE_MOD.2", "PORT_f", "DES_FORCE.3").unwrap();
-    let refused = device.on("ONLINE_MOD.2", None).unwrap_err().to_string();
+    let refused = device.plug_in("ONLINE_MOD.2", None).unwrap_err().to_string();
     assert!(refused.contains("cycles"), "{refused}");
     shared.run_for(START_S);
     let timing = device.overview().unwrap().status.timing.unwrap();

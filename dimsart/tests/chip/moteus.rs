@@ -4,7 +4,7 @@
 //! command line ──▶ board ◀── CAN FD at 1 and 5 Mbit/s ──▶ adapter ──▶ three drives ──▶ joints of an inertia
 //! ```
 
-use chips::{Bench, Board, CanAdapter, CanBus, Fate, OnBench};
+use chips::{Bench, Board, CanAdapter, CanBus, FrameResult, OnBench};
 use cycles::machine::MachineError;
 use dimsart::connect::Device;
 use hil_sim::plant::{Joint, JointParameters, MoteusDrive};
@@ -35,7 +35,7 @@ struct World {
 impl World {
     fn start() -> Option<Shared<Self>> {
         let board =
-            Bench::new(Board::named("nucleo-g474re").unwrap(), image("nucleo-g474re-moteus")?).unwrap();
+            Bench::new(Board::find("nucleo-g474re").unwrap(), image("nucleo-g474re-moteus")?).unwrap();
         let adapter = CanAdapter::bench(board.board).unwrap();
         let axis = |id| {
             let joint = JointParameters::of_inertia(INERTIA_KG_M2).build().unwrap();
@@ -99,7 +99,7 @@ impl OnBench for World {
 
 /// A scheme that commands a constant force, with motion enabled.
 fn drive(shared: &Shared<World>) -> Device<CommandLine<World>> {
-    let mut device = shared.greet();
+    let mut device = shared.identify();
     let scheme = SchemeText::read("../schemes/first_start.scheme").unwrap();
     device.send_scheme(&scheme, "master").unwrap();
     for (axis, torque_nm) in COMMANDED_NM.iter().enumerate() {
@@ -122,7 +122,7 @@ fn three_drives_follow_what_the_scheme_commands() {
     let Some(shared) = World::start() else { return };
     let mut device = drive(&shared);
     run(&shared, &mut device, 0.1);
-    shared.bench().bus.take_passed();
+    shared.bench().bus.take_frames();
     let before: Vec<_> = shared.bench().axes.iter().map(|(_, joint)| joint.state()).collect();
     let begin_s = shared.bench().time_s;
     run(&shared, &mut device, 0.3);
@@ -146,8 +146,10 @@ fn three_drives_follow_what_the_scheme_commands() {
         assert!((said - position_rad).abs() < late_rad, "{said} instead of {position_rad} rad");
     }
     let mut world = shared.bench();
-    let passed = world.bus.take_passed();
-    assert!(passed.iter().all(|frame| frame.fate == Fate::Passed && frame.message.switches_rate));
+    let passed = world.bus.take_frames();
+    assert!(
+        passed.iter().all(|frame| frame.result == FrameResult::Acknowledged && frame.message.switches_rate)
+    );
     for node in [BOARD, ADAPTER] {
         let frames = passed.iter().filter(|frame| frame.sender == node).count() as f64;
         let expected = 3.0 * (world.time_s - begin_s) / 1e-3;

@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 
 use boards::BOARDS;
 use boards::catalogue::{ThreePhaseDrive, ihm08m1};
-use chips::stm32g4::Wire;
+use chips::stm32g4::VoltageSource;
 use chips::{Bench, Stm32g4};
 use cycles::processor::Processor;
 use drive::Encoder;
@@ -169,9 +169,9 @@ impl Powered {
             Encoder::Mt6701 => Some(Mt6701Model::device()),
             _ => None,
         };
-        self.chip().wire_spi("SPI3", ('D', 2), device.filter(|_| is_plugged));
+        self.chip().connect_spi("SPI3", ('D', 2), device.filter(|_| is_plugged));
         let is_there = is_plugged && self.drive.configuration.encoder == Encoder::As5600;
-        self.chip().wire_i2c("I2C4", is_there.then(As5600Model::device));
+        self.chip().connect_i2c("I2C4", is_there.then(As5600Model::device));
     }
 
     pub(crate) fn chip(&mut self) -> &mut Stm32g4 {
@@ -233,7 +233,7 @@ impl Powered {
     /// Advances by a period.
     pub(crate) fn period(&mut self) {
         let now = self.bench.processor.cycles();
-        let end = match self.chip().next_middle() {
+        let end = match self.chip().next_low_side_midpoint() {
             Some(middle) if middle >= now + 2 * AHEAD_CYCLES => middle - AHEAD_CYCLES,
             // By several periods if the processor was halted by a flash write.
             Some(middle) => {
@@ -245,7 +245,7 @@ impl Powered {
         self.wire_shunts();
         self.bench.run_until(end).unwrap();
         self.turn_motor();
-        let bytes = self.bench.received();
+        let bytes = self.bench.take_received();
         self.received.extend(bytes);
     }
 
@@ -281,14 +281,14 @@ impl Powered {
     fn wire_shunts(&mut self) {
         let Surroundings { shunts, shunt_v: input_v, .. } = self.around;
         for (channel, ((port, pin), phase_a)) in (0..).zip(shunts.into_iter().zip(self.phase_a())) {
-            let wire = Wire::Shunt {
+            let wire = VoltageSource::Shunt {
                 channel,
                 low_v: input_v(phase_a),
                 high_v: input_v(0.0),
                 // The lower diode conducts current into the motor.
                 open_v: input_v(phase_a.max(0.0)),
             };
-            self.chip().wire(port, pin, wire);
+            self.chip().connect_voltage_source(port, pin, wire);
         }
     }
 
@@ -298,7 +298,7 @@ impl Powered {
         if let Some(pulses) = pulses {
             self.duties = pulses.duties.map(|duty| duty.unwrap_or(0.0));
         }
-        for (cycle, is_on) in self.chip().take_switched() {
+        for (cycle, is_on) in self.chip().take_output_enable_changes() {
             self.advance_motor(cycle);
             self.is_on = is_on;
             self.switched.push((cycle, is_on));
@@ -331,7 +331,7 @@ impl Powered {
         if counts != self.counts && self.has_encoder {
             let by = counts - self.counts;
             let timer = self.around.timer;
-            self.chip().turn(timer, by);
+            self.chip().turn_encoder(timer, by);
             self.counts = counts;
         }
     }

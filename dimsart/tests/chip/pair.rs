@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use chips::{Bench, Board, CanBus, Fate, Passed};
+use chips::{Bench, Board, BusFrame, CanBus, FrameResult};
 use cycles::image::Image;
 use dimsart::stamp::StampedImage;
 use dimsart_core::DataType;
@@ -57,7 +57,7 @@ pub(crate) struct Pair {
     /// Position at which the hand holds the master, `rad`.
     pub(crate) hand_rad: f64,
     pub(crate) joint: Joint,
-    pub(crate) passed: Vec<Passed>,
+    pub(crate) passed: Vec<BusFrame>,
 }
 
 /// Returns an image that is stamped with a side of the scheme for small motors.
@@ -79,7 +79,7 @@ pub(crate) fn stamped(
         key: (*command).to_owned(),
     });
     let settings: Vec<Setting> = settings.collect();
-    assert!(schemes::load(&text, side, &settings, &mut dimsart).is_sound());
+    assert!(schemes::load(&text, side, &settings, &mut dimsart).is_valid());
     let scheme = saved_scheme::save(dimsart.engine_mut()).unwrap();
     let mut image = StampedImage::read(&test_requirements::image(board)?).unwrap();
     image.set_scheme("small_motors", side, &scheme).unwrap();
@@ -101,12 +101,12 @@ impl Pair {
 
     /// Both boards, powered on; the slave's crystal is too fast by this share.
     pub(crate) fn power_up(settings: &[(&'static str, &'static str)], slave_clock: f64) -> Option<Self> {
-        let board = Board::named(BOARD).unwrap();
+        let board = Board::find(BOARD).unwrap();
         let mut benches = Vec::new();
         let sides = [("master", *b"MASTER-G474\0", 1.0), ("slave", *b"SLAVE-G474\0\0", slave_clock)];
         for (side, serial, clock) in sides {
             let mut bench = Bench::new(board, stamped(BOARD, side, settings)?).unwrap();
-            bench.chip().set_serial(serial);
+            bench.chip().set_serial_number(serial);
             bench.chip().set_crystal(Some(clock * board.crystal_hz));
             benches.push(bench);
         }
@@ -219,7 +219,7 @@ impl Pair {
             self.send(SLAVE, &Request::Lease(lease));
         }
         self.bus.run_for(TICK_S).unwrap();
-        self.passed.extend(self.bus.take_passed());
+        self.passed.extend(self.bus.take_frames());
         let torque_nm = self.torque_nm(SLAVE).unwrap_or(0.0);
         self.joint.advance(self.ticks as f64 * TICK_S, TICK_S, torque_nm, &|_| 0.0);
         self.ticks += 1;
@@ -228,10 +228,10 @@ impl Pair {
             let count = (angle_rad / TAU * COUNTS_PER_TURN).floor() as i64;
             let turned = count - self.counts[board];
             self.counts[board] = count;
-            self.bench(board).chip().turn(ENCODER, turned);
-            let bytes = self.bench(board).received();
+            self.bench(board).chip().turn_encoder(ENCODER, turned);
+            let bytes = self.bench(board).take_received();
             let (answers, heartbeats) = (&mut self.answers[board], &mut self.heartbeats[board]);
-            self.receivers[board].take_all(&bytes, |content| {
+            self.receivers[board].push_all(&bytes, |content| {
                 if let Ok((_, heartbeat)) = decode_heartbeat(content) {
                     *heartbeats = Some(heartbeat);
                 } else if let Ok((id, _)) = decode_response(content) {
@@ -257,8 +257,8 @@ impl Pair {
     /// Returns a board's frames since the last call: received and lost.
     pub(crate) fn take_frames(&mut self, board: usize) -> (usize, usize) {
         let mine = self.passed.iter().filter(|frame| frame.sender == board);
-        let counts = mine.fold((0, 0), |(passed, others), frame| match frame.fate {
-            Fate::Passed => (passed + 1, others),
+        let counts = mine.fold((0, 0), |(passed, others), frame| match frame.result {
+            FrameResult::Acknowledged => (passed + 1, others),
             _ => (passed, others + 1),
         });
         self.passed.retain(|frame| frame.sender != board);

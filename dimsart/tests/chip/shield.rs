@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use dimsart_core::{Reason, types};
+use dimsart_core::{SafetyReason, types};
 use drive::Encoder;
 
 use crate::client::Client;
@@ -120,7 +120,7 @@ fn the_age_of_an_absolute_angle_is_made_up_for_while_the_rotor_turns() {
                 periods += 1.0;
             }
         }
-        let middle = powered.chip().next_middle().unwrap() - PERIOD_CYCLES;
+        let middle = powered.chip().next_low_side_midpoint().unwrap() - PERIOD_CYCLES;
         let chip = powered.chip();
         let asked = chip.spi_selected_at("SPI3").or_else(|| chip.i2c_read_at("I2C4")).unwrap();
         #[expect(clippy::cast_precision_loss, reason = "a few periods")]
@@ -174,7 +174,7 @@ fn an_absolute_encoder_that_is_unplugged_is_a_named_fault_in_the_tick_after() {
         let off = powered.switched.last().filter(|(_, is_on)| !is_on).unwrap();
         eprintln!("{encoder:?}: off after {} cycles", off.0 - unplugged);
         assert!(off.0 - unplugged < max_periods * PERIOD_CYCLES, "{off:?} {unplugged}");
-        assert_eq!(client.reason(&mut powered), Some(Reason::EncoderLost));
+        assert_eq!(client.reason(&mut powered), Some(SafetyReason::EncoderLost));
         assert_sound(&powered);
     }
 }
@@ -185,12 +185,12 @@ fn a_data_line_of_an_as5600_that_is_low_is_a_named_fault_and_one_that_a_reset_le
     client.want(&mut powered, 0.05);
     client.run_for(&mut powered, 0.05);
     let mut stuck = (powered.clone(), client.clone());
-    stuck.0.chip().hold_i2c("I2C4", true);
+    stuck.0.chip().hold_sda_low("I2C4", true);
     let held = stuck.0.bench.processor.cycles();
     stuck.1.run_for(&mut stuck.0, 2e-3);
     let off = stuck.0.switched.last().filter(|(_, is_on)| !is_on).unwrap();
     assert!(off.0 - held < 16 * PERIOD_CYCLES, "{off:?} {held}");
-    assert_eq!(stuck.1.reason(&mut stuck.0), Some(Reason::EncoderLost));
+    assert_eq!(stuck.1.reason(&mut stuck.0), Some(SafetyReason::EncoderLost));
     assert_sound(&stuck.0);
     // In the middle of a byte.
     let begun = powered.chip().i2c_read_at("I2C4");
@@ -229,7 +229,7 @@ fn a_magnet_that_is_too_weak_is_a_named_fault() {
         }
         client.run_for(&mut powered, 2e-3);
         assert!(!powered.is_on());
-        assert_eq!(client.reason(&mut powered), Some(Reason::EncoderMagnet));
+        assert_eq!(client.reason(&mut powered), Some(SafetyReason::EncoderMagnet));
         assert_sound(&powered);
     }
 }
@@ -254,7 +254,7 @@ fn an_absolute_encoder_whose_magnet_slips_is_a_named_fault() {
         let late_s = powered.time_s() - begun_s - wrong_s.unwrap_or(f64::MAX);
         eprintln!("{encoder:?}: off {late_s:.4} s after an error of 60°");
         client.run_for(&mut powered, 0.005);
-        assert_eq!(client.reason(&mut powered), Some(Reason::EncoderSlipped), "{encoder:?}");
+        assert_eq!(client.reason(&mut powered), Some(SafetyReason::EncoderSlipped), "{encoder:?}");
         assert!(late_s < 0.02, "{encoder:?}: {late_s} s");
         assert_sound(&powered);
     }
@@ -274,7 +274,7 @@ fn a_short_circuit_opens_the_bridge_within_two_periods() {
         let off = powered.switched.last().filter(|(_, is_on)| !is_on).unwrap();
         eprintln!("{short_circuit_a} A: off {} cycles after it could be sampled", off.0 - shown);
         assert!(off.0 - shown < PERIOD_CYCLES, "{off:?} {shown}");
-        assert_eq!(client.reason(&mut powered), Some(Reason::Overcurrent));
+        assert_eq!(client.reason(&mut powered), Some(SafetyReason::Overcurrent));
         assert_sound(&powered);
     }
 }

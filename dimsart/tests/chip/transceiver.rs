@@ -1,6 +1,6 @@
 //! The transceiver of b-g431b-esc1: a TCAN330, which carries 1 Mbit/s.
 
-use chips::{Bench, Board, CanBus, Fate};
+use chips::{Bench, Board, CanBus, FrameResult};
 
 use crate::pair::stamped;
 
@@ -11,8 +11,8 @@ fn on_a_bus(boards: [&str; 2]) -> Option<CanBus> {
     let sides = [("slave", *b"FIRST-BOARD\0"), ("master", *b"OTHER-BOARD\0")];
     let mut benches = Vec::new();
     for (board, (side, serial)) in boards.into_iter().zip(sides) {
-        let mut bench = Bench::new(Board::named(board).unwrap(), stamped(board, side, &[])?).unwrap();
-        bench.chip().set_serial(serial);
+        let mut bench = Bench::new(Board::find(board).unwrap(), stamped(board, side, &[])?).unwrap();
+        bench.chip().set_serial_number(serial);
         benches.push(bench);
     }
     let mut bus = CanBus::new(benches);
@@ -25,10 +25,12 @@ fn two_escs_keep_to_what_their_transceivers_carry() {
     let Some(mut bus) = on_a_bus([ESC, ESC]) else { return };
     // Low: the transceiver is on.
     assert_eq!(bus.bench(0).unwrap().chip().output('C', 11), Some(false));
-    let passed = bus.take_passed();
+    let passed = bus.take_frames();
     for sender in [0, 1] {
-        let count =
-            passed.iter().filter(|frame| frame.sender == sender && frame.fate == Fate::Passed).count();
+        let count = passed
+            .iter()
+            .filter(|frame| frame.sender == sender && frame.result == FrameResult::Acknowledged)
+            .count();
         assert!(count > 200, "{count} frames of board {sender}");
         assert_eq!(bus.bench(sender).unwrap().violations(), [] as [&str; 0]);
     }
@@ -36,7 +38,7 @@ fn two_escs_keep_to_what_their_transceivers_carry() {
         let bits = frame.message.wire_bits();
         assert_eq!(bits.fast, 0);
         let lasts_s = f64::from(bits.head + bits.tail) / 1e6;
-        assert!((frame.ends_s - frame.begins_s - lasts_s).abs() < 1e-9, "1 Mbit/s");
+        assert!((frame.end_s - frame.start_s - lasts_s).abs() < 1e-9, "1 Mbit/s");
     }
 }
 

@@ -29,7 +29,7 @@ fn a_probe_that_left_in_blocking_mode_holds_nothing_up() {
         shared.run_for(2.5);
         shared.assert_sound();
         assert_eq!(shared.bench().chip().resets(), [], "{}", board.name);
-        let timing = shared.greet().overview().unwrap().status.timing.unwrap();
+        let timing = shared.identify().overview().unwrap().status.timing.unwrap();
         assert_eq!((timing.late, timing.overruns), (0, 0), "{timing:?}");
     }
 }
@@ -51,7 +51,7 @@ fn a_board_whose_crystal_does_not_swing_starts_over_with_its_outputs_off() {
         bench.chip().set_crystal(Some(hz));
         drop(bench);
         shared.run_for(1.0);
-        shared.greet();
+        shared.identify();
     }
 }
 
@@ -72,9 +72,9 @@ fn a_stack_that_overflows_starts_the_board_over_which_then_says_so() {
             bench.processor.registers.core[13] = end + 16;
         }
         shared.run_for(0.3);
-        let why = shared.bench().processor.faults().first().map(|fault| format!("{:?}", fault.why));
+        let why = shared.bench().processor.faults().first().map(|fault| format!("{:?}", fault.cause));
         assert_eq!(shared.bench().chip().resets(), [Reset::Program], "{}: {why:?}", board.name);
-        let events = shared.greet().events().unwrap().to_string();
+        let events = shared.identify().events().unwrap().to_string();
         println!("{}: {why:?}\n{events}", board.name);
         assert!(events.contains("exception"), "{events}");
     }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use dimsart_core::{Command, Reason, TickResult, types};
+use dimsart_core::{Command, SafetyReason, TickResult, types};
 use dimsart_link::EventKind;
 use dimsart_link::protocol::{NotCommandedReason, Request};
 
@@ -87,7 +87,7 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
     pair.turn_hand(HAND_RAD, 200);
     pair.run(200);
     assert!(pair.torque_nm(SLAVE).unwrap().abs() > 1e-3);
-    pair.bus.plug(SLAVE, false);
+    pair.bus.set_connected(SLAVE, false);
     pair.take_frames(MASTER);
     let mut driven_ticks = 0;
     for _ in 0..100 {
@@ -97,7 +97,7 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
     println!("driven for {driven_ticks} ticks after the cut");
     assert!((20..=22).contains(&driven_ticks), "{driven_ticks}");
     assert_eq!(pair.take_frames(MASTER).0, 0);
-    pair.bus.plug(SLAVE, true);
+    pair.bus.set_connected(SLAVE, true);
     pair.run(150);
     for board in [MASTER, SLAVE] {
         assert!(pair.word(board, types::LINK_AGE) <= 3);
@@ -125,9 +125,9 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
 fn what_was_lost_while_the_bus_was_cut_is_made_up_for() {
     let Some(mut pair) = Pair::start(PATIENT) else { return };
     pair.turn_hand(0.2, 100);
-    pair.bus.plug(SLAVE, false);
+    pair.bus.set_connected(SLAVE, false);
     pair.turn_hand(HAND_RAD, 100);
-    pair.bus.plug(SLAVE, true);
+    pair.bus.set_connected(SLAVE, true);
     pair.run(SETTLED_TICKS);
     let lost = pair.word(SLAVE, types::LINK_LOST);
     println!("{lost} packets lost");
@@ -140,10 +140,10 @@ fn what_was_lost_while_the_bus_was_cut_is_made_up_for() {
 #[test]
 fn wires_that_touch_drive_both_off_the_bus_and_both_join_it_again() {
     let Some(mut pair) = Pair::start(PATIENT) else { return };
-    pair.bus.short(true);
+    pair.bus.set_shorted(true);
     pair.run(20);
     assert!([MASTER, SLAVE].into_iter().all(|board| pair.bench(board).chip().is_can_off()));
-    pair.bus.short(false);
+    pair.bus.set_shorted(false);
     let mut off_ticks = 20;
     while [MASTER, SLAVE].into_iter().any(|board| pair.bench(board).chip().is_can_off()) {
         pair.run(1);
@@ -172,9 +172,9 @@ fn of_bus(events: &[u8]) -> Vec<u8> {
 fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_silent() {
     let Some(mut pair) = Pair::start(&[]) else { return };
     for _ in 0..4 {
-        pair.bus.short(true);
+        pair.bus.set_shorted(true);
         pair.run(20);
-        pair.bus.short(false);
+        pair.bus.set_shorted(false);
         pair.run(400);
     }
     pair.run(300);
@@ -233,14 +233,14 @@ fn boards_that_never_hear_each_other_are_not_driven_and_say_why() {
         }
     }
     let events = pair.events(MASTER);
-    assert!(events.contains(&Reason::LinkDown.number()), "{events:?}");
+    assert!(events.contains(&SafetyReason::LinkDown.number()), "{events:?}");
 }
 
 /// The board that is armed first waits for the other.
 #[test]
 fn a_board_that_is_armed_before_its_peer_is_there_moves_when_it_is() {
     let Some(mut pair) = Pair::power_up(&[], 1.0) else { return };
-    pair.bus.plug(SLAVE, false);
+    pair.bus.set_connected(SLAVE, false);
     pair.run(100);
     pair.arm();
     pair.run(300);
@@ -248,7 +248,7 @@ fn a_board_that_is_armed_before_its_peer_is_there_moves_when_it_is() {
         assert_eq!(pair.blocked(board), Some(NotCommandedReason::Tick(TickResult::LinkDown { link: 0 })));
         assert_eq!(pair.torque_nm(board), None);
     }
-    pair.bus.plug(SLAVE, true);
+    pair.bus.set_connected(SLAVE, true);
     pair.run(200);
     for board in [MASTER, SLAVE] {
         assert_eq!(pair.blocked(board), None);

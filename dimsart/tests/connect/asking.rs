@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Instant;
 
-use dimsart::connect::ValueText;
+use dimsart::connect::DisplayValue;
 use dimsart_core::scheme;
 use dimsart_link::protocol::{
     MAX_FRAME_BYTES, Receiver, Refusal, Response, decode_request, decode_response, encode_response,
@@ -36,16 +36,16 @@ fn show_tells_who_it_is_what_runs_and_every_value_with_its_unit() {
     assert!(pd.reads.contains(&"POSITION".to_owned()), "{pd:?}");
     assert_eq!(pd.writes, ["DES_FORCE"]);
     let stiffness = pd.parameters.iter().find(|parameter| parameter.name == "K_PARAM").unwrap();
-    assert_eq!(stiffness.values, vec![ValueText::Real(5000.0); 3]);
+    assert_eq!(stiffness.values, vec![DisplayValue::Real(5000.0); 3]);
     assert_eq!(stiffness.unit, "N/m or N·m/rad", "the axes differ");
     let side = &overview.modules[1].parameters.iter().find(|found| found.name == "CONF_MODE").unwrap();
-    assert_eq!(side.values, [ValueText::Name("SLAVE".to_owned())]);
+    assert_eq!(side.values, [DisplayValue::Name("SLAVE".to_owned())]);
     let position = &overview.signals[0];
     assert_eq!((position.name.as_str(), position.unit.as_str()), ("POSITION", "m or rad"));
-    assert_eq!(position.values, [0.25, 0.0, 0.0].map(ValueText::Real));
+    assert_eq!(position.values, [0.25, 0.0, 0.0].map(DisplayValue::Real));
     let map = overview.signals.iter().find(|signal| signal.name == "MAP").unwrap();
     assert_eq!((map.values.len(), map.unit.as_str()), (40, "J"));
-    assert_eq!(map.values[39], ValueText::Real(40.0));
+    assert_eq!(map.values[39], DisplayValue::Real(40.0));
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn a_set_value_is_answered_by_what_holds_then() {
         "PDCTRL_MOD K_PARAM[1] is 500 N/m or N·m/rad; the scheme runs and commands the device"
     );
     let stiffness = device.get("PDCTRL_MOD", "K_PARAM").unwrap();
-    assert_eq!(stiffness.values, [3000.0, 500.0, 3000.0].map(ValueText::Real));
+    assert_eq!(stiffness.values, [3000.0, 500.0, 3000.0].map(DisplayValue::Real));
     assert_eq!(stiffness.range, "0 to 1000000, per axis");
     assert_eq!(device.get("PDCTRL_MOD", "K_PARAM[1]").unwrap().range, "0 to 1000000");
     assert_eq!(emulated.json(&["get", "PDCTRL_MOD", "K_PARAM[1]", "--json"], 0)["values"][0], 500.0);
@@ -176,7 +176,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let missing = "the device is NOT commanded: PDCTRL_MOD reads DES_POSITION, which has no provider: plug in a \
     module \
                    that writes DES_POSITION";
-    let outcome = device.on("PDCTRL_MOD", None).unwrap();
+    let outcome = device.plug_in("PDCTRL_MOD", None).unwrap();
     assert_eq!(outcome.to_string(), format!("PDCTRL_MOD is plugged in at position 1; {missing}"));
     assert!(!outcome.is_commanded);
     let found = message(&emulated.run(&["on", "PDCTRL_MOD"]));
@@ -188,10 +188,10 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     assert_eq!(emulated.json(&["check", "--json"], 1)["faults"], 1);
     assert!(emulated.out(&["faults"], 1).contains("  fault: PDCTRL_MOD reads DES_POSITION"));
 
-    device.off("PDCTRL_MOD").unwrap();
+    device.unplug("PDCTRL_MOD").unwrap();
     let bound = device.set("PDCTRL_MOD", "PORT_DES_POSITION", "POSITION").unwrap();
     assert_eq!(bound.effect, "PDCTRL_MOD PORT_DES_POSITION is POSITION");
-    let outcome = device.on("PDCTRL_MOD", None).unwrap();
+    let outcome = device.plug_in("PDCTRL_MOD", None).unwrap();
     assert!(outcome.state.contains("the scheme is stopped; run `check` to start it"), "{outcome}");
     assert!(emulated.out(&["check"], 0).starts_with("the scheme runs and commands the device"));
     let found = message(&emulated.run(&["off", "PDCTRL_MOD"]));
@@ -295,7 +295,7 @@ fn a_scheme_stops_at_its_first_refusal_and_names_the_place() {
         let hint = ". The device has 1 modules already: use `--replace` to replace them";
         assert!(message.ends_with(&format!("; nothing has changed{hint}")), "{message}");
         let stiffness = device.get("PDCTRL_MOD", "K_PARAM[0]").unwrap().values;
-        assert_eq!(stiffness, [ValueText::Real(5.0)], "{row}");
+        assert_eq!(stiffness, [DisplayValue::Real(5.0)], "{row}");
     }
 }
 
@@ -508,7 +508,7 @@ fn a_device_whose_lists_have_no_end_is_told_so_and_asked_no_more() {
     let port = listen(move |content| {
         let framed = robot.lock().unwrap().answer(content);
         let mut answer = Vec::new();
-        Receiver::new().take_all(&framed, |content| answer = content.to_vec());
+        Receiver::new().push_all(&framed, |content| answer = content.to_vec());
         let (Ok((id, request)), Ok((_, response))) = (decode_request(content), decode_response(&answer))
         else {
             return framed;

@@ -15,7 +15,7 @@ use dimsart_core::{TickResult, Word};
 use dimsart_link::protocol::{
     HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Request, decode_request, encode_heartbeat, encode_sample,
 };
-use hil_sim::clock::{self, Simulated};
+use hil_sim::clock::{self, SimulatedTimeGuard};
 use hil_sim::link::open_port;
 
 use crate::emulated::{MEASURED_WORDS, QUICK, Robot};
@@ -30,7 +30,7 @@ pub(crate) struct Board {
     pub(crate) core: Arc<Mutex<Core>>,
     /// Port for programs.
     pub(crate) port: Option<String>,
-    _time: Option<Simulated>,
+    _time: Option<SimulatedTimeGuard>,
 }
 
 /// State shared by all clients.
@@ -59,7 +59,7 @@ struct Queue(Arc<Mutex<VecDeque<u8>>>);
 impl Board {
     /// Starts a board in the test's time.
     pub(crate) fn start() -> Self {
-        Self { core: Core::new(TICK_HZ), port: None, _time: Some(clock::simulate()) }
+        Self { core: Core::new(TICK_HZ), port: None, _time: Some(clock::freeze_time()) }
     }
 
     /// Serves a board in real time at a socket.
@@ -91,7 +91,7 @@ impl Board {
     }
 
     pub(crate) fn connect_with(&self, patience: Timeouts) -> Device<Client> {
-        Device::greet(self.line(), patience, dimsart_modules::ALL).unwrap()
+        Device::identify(self.line(), patience, dimsart_modules::ALL).unwrap()
     }
 
     pub(crate) fn line(&self) -> Client {
@@ -102,7 +102,7 @@ impl Board {
 
     /// Connects a client to a served board.
     pub(crate) fn dial(&self) -> Device<Box<dyn hil_sim::link::Stream>> {
-        Device::greet(open_port(self.port.as_ref().unwrap(), 0).unwrap(), QUICK, dimsart_modules::ALL)
+        Device::identify(open_port(self.port.as_ref().unwrap(), 0).unwrap(), QUICK, dimsart_modules::ALL)
             .unwrap()
     }
 
@@ -135,7 +135,7 @@ impl Board {
 impl Core {
     fn new(tick_hz: u32) -> Arc<Mutex<Self>> {
         let mut robot = Robot::new();
-        robot.info = robot.info.for_clients(tick_hz);
+        robot.info = robot.info.with_client_lease(tick_hz);
         Arc::new(Mutex::new(Self {
             robot,
             clients: Vec::new(),
@@ -173,7 +173,7 @@ impl Core {
         let (mut measured, mut commanded) = ([Word(0); MEASURED_WORDS], [Word(0); 3]);
         measured[0] = Word::from(0.25);
         let Robot { dimsart, info, .. } = &mut self.robot;
-        dimsart.allow_motion(info.begin_tick());
+        dimsart.set_motion_allowed(info.begin_tick());
         let tick = dimsart.tick(&measured, &mut commanded);
         info.end_tick(tick, dimsart);
         let samples: Vec<_> = info.samples(dimsart.engine().data_base()).collect();
@@ -194,7 +194,7 @@ impl Core {
 fn take(mut stream: TcpStream, core: &Mutex<Core>) {
     let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
     while let Ok(count @ 1..) = stream.read(&mut buffer) {
-        receiver.take_all(&buffer[..count], |content| core.lock().unwrap().requests.push(content.to_vec()));
+        receiver.push_all(&buffer[..count], |content| core.lock().unwrap().requests.push(content.to_vec()));
     }
 }
 
@@ -213,7 +213,7 @@ impl Read for Client {
 impl Write for Client {
     fn write(&mut self, bytes: &[u8]) -> Result<usize> {
         let core = &self.core;
-        self.receiver.take_all(bytes, |content| core.lock().unwrap().requests.push(content.to_vec()));
+        self.receiver.push_all(bytes, |content| core.lock().unwrap().requests.push(content.to_vec()));
         Ok(bytes.len())
     }
 

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::Output;
 
 use dimsart::config::{Difference, deviations};
-use dimsart::connect::{ConnectError, Device, Exchange, InProcess};
+use dimsart::connect::{ConfigurationReplacement, ConnectError, Device, InProcess};
 use dimsart_core::{Command, Word};
 use dimsart_link::protocol::{
     MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, decode_request, encode_response, serve,
@@ -37,7 +37,7 @@ fn of_side(scheme: &str, side: &'static str) -> Box<SimulatedDimsart> {
 /// Moves without packets on its links.
 fn without_peer(mut dimsart: Box<SimulatedDimsart>) -> Box<SimulatedDimsart> {
     // A controller without links has no such module.
-    let _ = Device::greet(InProcess::new(&mut dimsart), QUICK, ALL).unwrap().set(
+    let _ = Device::identify(InProcess::new(&mut dimsart), QUICK, ALL).unwrap().set(
         "COMM_RXMOD",
         "TIMEOUT_TICKS",
         "0",
@@ -47,15 +47,16 @@ fn without_peer(mut dimsart: Box<SimulatedDimsart>) -> Box<SimulatedDimsart> {
 
 fn saved(dimsart: &mut SimulatedDimsart) -> String {
     let (text, unknown) =
-        Device::greet(InProcess::new(dimsart), QUICK, ALL).unwrap().configuration_text().unwrap();
+        Device::identify(InProcess::new(dimsart), QUICK, ALL).unwrap().configuration_text().unwrap();
     assert_eq!(unknown, 0);
     text
 }
 
 fn exchanged(dimsart: &mut SimulatedDimsart, text: &str, is_dry_run: bool) -> Result<(), ConnectError> {
     let scheme = SchemeText { name: "kept.scheme".to_owned(), text: text.to_owned() };
-    let exchange = Exchange { scheme: &scheme, side: "all", skips_unknown: false, is_dry_run };
-    Device::greet(InProcess::new(dimsart), QUICK, ALL)?.exchange(exchange).map(drop)
+    let exchange =
+        ConfigurationReplacement { scheme: &scheme, side: "all", skips_unknown: false, is_dry_run };
+    Device::identify(InProcess::new(dimsart), QUICK, ALL)?.replace_configuration(exchange).map(drop)
 }
 
 fn without_modules(mut dimsart: Box<SimulatedDimsart>) -> Box<SimulatedDimsart> {
@@ -118,7 +119,7 @@ fn modules_that_stay_go_on_with_their_state() {
             if number == 100 {
                 exchanged(&mut one, &text, false).unwrap();
                 let scheme = SchemeText { name: "kept.scheme".to_owned(), text: text.clone() };
-                let mut device = Device::greet(InProcess::new(&mut replaced), QUICK, ALL).unwrap();
+                let mut device = Device::identify(InProcess::new(&mut replaced), QUICK, ALL).unwrap();
                 device.replace_scheme(&scheme, "all").unwrap();
             }
             let expected = tick(&mut other, number);
@@ -323,7 +324,7 @@ struct Newer {
 impl Write for Newer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let Self { robot, receiver, answers } = self;
-        receiver.take_all(bytes, |content| answers.extend(newer(robot, content)));
+        receiver.push_all(bytes, |content| answers.extend(newer(robot, content)));
         Ok(bytes.len())
     }
 
@@ -345,7 +346,7 @@ impl Read for Newer {
 fn a_device_of_a_newer_version_is_read_as_far_as_it_is_understood_and_never_changed() {
     let mut stream =
         Newer { robot: robot_with_a_scheme(), receiver: Receiver::new(), answers: VecDeque::new() };
-    let mut device = Device::greet(&mut stream, QUICK, ALL).unwrap();
+    let mut device = Device::identify(&mut stream, QUICK, ALL).unwrap();
     assert!(device.version_note().is_some());
     let (text, unknown) = device.configuration_text().unwrap();
     assert_eq!(unknown, 1);
@@ -355,9 +356,10 @@ fn a_device_of_a_newer_version_is_read_as_far_as_it_is_understood_and_never_chan
     );
     assert!(device.get("PDCTRL_MOD", "K_PARAM").is_ok());
     let scheme = SchemeText { name: "kept.scheme".to_owned(), text };
-    let exchange = Exchange { scheme: &scheme, side: "all", skips_unknown: true, is_dry_run: true };
+    let exchange =
+        ConfigurationReplacement { scheme: &scheme, side: "all", skips_unknown: true, is_dry_run: true };
     let refusals = [
-        device.exchange(exchange).map(drop),
+        device.replace_configuration(exchange).map(drop),
         device.set("PDCTRL_MOD", "K_PARAM", "1").map(drop),
         device.begin().map(drop),
         device.save().map(drop),
@@ -403,7 +405,7 @@ fn rows_have_the_names_of_the_law_that_is_on_the_device() {
                 all MOD_ENG MOD_ON ONLINE_MOD\nall MOD_ENG MATCHING_CHECK";
     let mut joint = of_rig("joint");
     let law = Law::compile(text, "spring.law").unwrap();
-    Device::greet(InProcess::new(&mut joint), QUICK, ALL).unwrap().upload_law(&law, None).unwrap();
+    Device::identify(InProcess::new(&mut joint), QUICK, ALL).unwrap().upload_law(&law, None).unwrap();
 
     let error = exchanged(&mut joint, &rows.replace("stiffness", "gain"), false).unwrap_err().to_string();
     let names =
@@ -413,7 +415,7 @@ fn rows_have_the_names_of_the_law_that_is_on_the_device() {
     assert!(error.contains("'11' is not a number from 0 to 10"), "{error}");
 
     exchanged(&mut joint, rows, false).unwrap();
-    let mut device = Device::greet(InProcess::new(&mut joint), QUICK, ALL).unwrap();
+    let mut device = Device::identify(InProcess::new(&mut joint), QUICK, ALL).unwrap();
     // The instructions of the law are commands without rows.
     let (on_device, _) = device.configuration_text().unwrap();
     let stiffness = device.get("ONLINE_MOD", "stiffness").unwrap().to_string();

@@ -13,8 +13,8 @@ use dimsart_core::{
 };
 use dimsart_link::auth::Key;
 use dimsart_link::protocol::{
-    DeviceInfo, Gate, GateOutcome, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response,
-    decode_request, encode_response, serve,
+    AccessControl, AccessOutcome, DeviceInfo, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request,
+    Response, decode_request, encode_response, serve,
 };
 use dimsart_modules::ALL;
 use hil_sim::link::{Stream, open_port};
@@ -69,7 +69,7 @@ pub(crate) struct Robot {
     pub(crate) info: DeviceInfo<TELEMETRY_STREAMS>,
     /// Number of received commands.
     pub(crate) commands: u32,
-    gate: Gate,
+    gate: AccessControl,
 }
 
 impl Robot {
@@ -78,16 +78,16 @@ impl Robot {
         let outputs = &[types::POSITION, MAP, TURNS, BRAKES];
         let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
         let (dimsart, info) = (
-            Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap(),
+            Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap(),
             DeviceInfo::new("test 0.1").with_laws(),
         );
         let info = info.with_events(Box::leak(Box::default()));
-        Self { dimsart, info, commands: 0, gate: Gate::open() }
+        Self { dimsart, info, commands: 0, gate: AccessControl::open() }
     }
 
     /// Sets a key.
     pub(crate) fn lock(&mut self, key: &[u8; 16]) {
-        self.gate = Gate::locked(&Key::new(key), 1);
+        self.gate = AccessControl::locked(&Key::new(key), 1);
     }
 
     /// Returns the pending handshake frame, if any.
@@ -108,12 +108,16 @@ impl Robot {
     pub(crate) fn answer(&mut self, content: &[u8]) -> Vec<u8> {
         let is_command = matches!(decode_request(content), Ok((_, Request::Command(_))));
         self.commands += u32::from(is_command);
-        let (id, response) = match self.gate.take(content) {
-            GateOutcome::Request(id, Request::Key(KeyAction::Read)) => (id, Response::Key(self.gate.state())),
-            GateOutcome::Request(id, request) => (id, serve(id, &request, &mut self.dimsart, &mut self.info)),
-            GateOutcome::Refused(id, refusal) => (id, Response::Refused(Refusal::Key(refusal))),
-            GateOutcome::NotUnderstood(id) => (id, Response::Refused(Refusal::NotUnderstood)),
-            GateOutcome::Nothing => return self.handshake(),
+        let (id, response) = match self.gate.check(content) {
+            AccessOutcome::Request(id, Request::Key(KeyAction::Read)) => {
+                (id, Response::Key(self.gate.state()))
+            }
+            AccessOutcome::Request(id, request) => {
+                (id, serve(id, &request, &mut self.dimsart, &mut self.info))
+            }
+            AccessOutcome::Refused(id, refusal) => (id, Response::Refused(Refusal::Key(refusal))),
+            AccessOutcome::Unsupported(id) => (id, Response::Refused(Refusal::Unsupported)),
+            AccessOutcome::Nothing => return self.handshake(),
         };
         let mut bytes = encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec();
         bytes.extend(self.handshake());
@@ -181,7 +185,7 @@ impl Emulated {
     }
 
     pub(crate) fn connect(&self, patience: Timeouts) -> Device<Box<dyn Stream>> {
-        Device::greet(open_port(&self.port, 0).unwrap(), patience, ALL).unwrap()
+        Device::identify(open_port(&self.port, 0).unwrap(), patience, ALL).unwrap()
     }
 
     pub(crate) fn state(&self) -> String {
@@ -222,7 +226,7 @@ fn talk(mut stream: &TcpStream, answer: impl Fn(&[u8]) -> Vec<u8>) {
     let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
     while let Ok(count @ 1..) = stream.read(&mut buffer) {
         let mut bytes = Vec::new();
-        receiver.take_all(&buffer[..count], |content| bytes.extend(answer(content)));
+        receiver.push_all(&buffer[..count], |content| bytes.extend(answer(content)));
         if stream.write_all(&bytes).is_err() {
             break;
         }

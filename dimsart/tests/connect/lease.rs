@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::{ConnectError, Live, Timeouts, ValueText};
+use dimsart::connect::{ConnectError, DisplayValue, SignalPoll, Timeouts};
 use dimsart_core::{TickResult, Word};
 use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use hil_sim::clock;
@@ -147,7 +147,7 @@ fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
     let mut device = board.connect();
     device.hold_lease().unwrap();
     let start = clock::now();
-    while clock::since(start) < Duration::from_millis(400) {
+    while clock::elapsed_since(start) < Duration::from_millis(400) {
         device.state().unwrap();
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
@@ -166,7 +166,7 @@ fn an_answer_that_gets_lost_does_not_cost_the_lease() {
         board.lose_answers(lost);
         let start = clock::now();
         device.state().unwrap();
-        assert!(clock::since(start) >= lost * patience.timeout, "no renewal was lost");
+        assert!(clock::elapsed_since(start) >= lost * patience.timeout, "no renewal was lost");
         device.renew_if_due().unwrap();
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
@@ -189,7 +189,7 @@ fn a_lease_of_a_locked_board_is_renewed_with_its_key() {
     device.use_key(&key).unwrap();
     device.hold_lease().unwrap();
     let start = clock::now();
-    while clock::since(start) < Duration::from_millis(400) {
+    while clock::elapsed_since(start) < Duration::from_millis(400) {
         device.state().unwrap();
     }
     device.listen(Duration::from_millis(400)).unwrap();
@@ -271,24 +271,24 @@ fn signals_are_pushed_and_asked_for_where_they_cannot_be() {
     let board = running();
     let names = ["POSITION".to_owned()];
     let mut first = board.connect();
-    let mut live = Live::new(&names, Duration::from_millis(10));
-    let position = |value: f32| [value, 0.0, 0.0].map(ValueText::Real).to_vec();
+    let mut live = SignalPoll::new(&names, Duration::from_millis(10));
+    let position = |value: f32| [value, 0.0, 0.0].map(DisplayValue::Real).to_vec();
     for _ in 0..20 {
-        assert_eq!(first.look(&mut live).unwrap()[0].values, position(0.25));
-        assert!(live.is_pushed());
+        assert_eq!(first.read_signals(&mut live).unwrap()[0].values, position(0.25));
+        assert!(live.uses_telemetry());
         first.listen(Duration::from_millis(20)).unwrap();
     }
     // Every client has its own stream, while streams are available.
     let mut others: Vec<_> = (0..TELEMETRY_STREAMS).map(|_| board.connect()).collect();
     for (number, other) in (1..).zip(&mut others) {
-        let mut asked = Live::new(&names, Duration::from_millis(10));
-        assert_eq!(other.look(&mut asked).unwrap()[0].values, position(0.25));
-        assert_eq!(asked.is_pushed(), number < TELEMETRY_STREAMS, "{number}");
+        let mut asked = SignalPoll::new(&names, Duration::from_millis(10));
+        assert_eq!(other.read_signals(&mut asked).unwrap()[0].values, position(0.25));
+        assert_eq!(asked.uses_telemetry(), number < TELEMETRY_STREAMS, "{number}");
     }
     // More words than a sample can contain.
-    let mut all = Live::new(&["MAP".to_owned()], Duration::from_millis(10));
-    assert_eq!(first.look(&mut all).unwrap()[0].values.len(), 40);
-    assert!(!all.is_pushed());
+    let mut all = SignalPoll::new(&["MAP".to_owned()], Duration::from_millis(10));
+    assert_eq!(first.read_signals(&mut all).unwrap()[0].values.len(), 40);
+    assert!(!all.uses_telemetry());
 }
 
 #[test]

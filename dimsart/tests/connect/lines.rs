@@ -58,7 +58,7 @@ fn an_answer_that_comes_after_its_question_was_repeated_is_not_taken_for_the_nex
 #[test]
 fn a_device_that_never_answers_is_given_up_after_three_tries() {
     let port = listen(|_| Vec::new());
-    let error = Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap_err();
+    let error = Device::identify(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NoAnswer { tries: 3, bytes: 0, .. })), "{error}");
     let found = message(&dimsart(&["connect", &port, "--timeout-s", "0.1", "show"]));
     assert!(
@@ -74,7 +74,7 @@ fn a_device_that_never_answers_is_given_up_after_three_tries() {
 fn something_that_is_no_controller_is_told_from_silence() {
     let port = listen(|_| b"login: ".to_vec());
     let message =
-        Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap_err().to_string();
+        Device::identify(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap_err().to_string();
     assert!(message.contains("21 bytes received, but no whole frame"), "{message}");
     assert!(message.contains("--baud"), "{message}");
 }
@@ -88,8 +88,8 @@ fn a_command_that_must_not_be_given_twice_is_sent_once() {
         let answer = shared.lock().unwrap().answer(content);
         if matches!(decode_request(content), Ok((_, Request::Command(_)))) { Vec::new() } else { answer }
     });
-    let mut device = Device::greet(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap();
-    let error = device.on("PDCTRL_MOD", None).unwrap_err();
+    let mut device = Device::identify(open_port(&port, 0).unwrap(), SHORT, dimsart_modules::ALL).unwrap();
+    let error = device.plug_in("PDCTRL_MOD", None).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::OutcomeUnknown { .. })), "{error}");
     assert!(error.to_string().contains("run `show` before you repeat it"), "{error}");
     assert_eq!(robot.lock().unwrap().commands, 1);
@@ -130,7 +130,7 @@ fn a_device_too_old_to_be_understood_is_told_at_once() {
 
 #[test]
 fn a_device_of_another_version_answers_what_it_knows_and_refuses_the_rest_by_name() {
-    let refused = Response::Refused(Refusal::NotUnderstood);
+    let refused = Response::Refused(Refusal::Unsupported);
     let port = of_version(PROTOCOL_VERSION + 1, move |id| {
         encode_response(&refused, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
     });
@@ -159,14 +159,14 @@ fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
         content.extend(crc.to_le_bytes());
         [&[0], cobs::encode_vec(&content).as_slice(), &[0]].concat()
     });
-    let mut device = Device::greet(open_port(&port, 0).unwrap(), QUICK, dimsart_modules::ALL).unwrap();
+    let mut device = Device::identify(open_port(&port, 0).unwrap(), QUICK, dimsart_modules::ALL).unwrap();
     let note = device.version_note().unwrap();
     assert!(note.contains("only reading and `stop` are possible"), "{note}");
     assert!(note.ends_with("use the `dimsart` of the image's version for full access"), "{note}");
     let error = device.overview().unwrap_err();
-    assert!(matches!(error, ConnectError::Line(LineError::NotUnderstood)), "{error}");
+    assert!(matches!(error, ConnectError::Line(LineError::Unsupported)), "{error}");
     assert!(error.to_string().contains("use the `dimsart` of the image's version"), "{error}");
-    assert!(matches!(device.on("PDCTRL_MOD", None), Err(ConnectError::ReadOnly(_))));
+    assert!(matches!(device.plug_in("PDCTRL_MOD", None), Err(ConnectError::ReadOnly(_))));
     assert_eq!(device.signals(&[]).unwrap()[0].name, "POSITION", "reading is possible");
 }
 
@@ -175,6 +175,6 @@ fn a_device_that_goes_away_is_no_silence() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = format!("tcp:{}", listener.local_addr().unwrap());
     thread::spawn(move || drop(listener.accept()));
-    let error = Device::greet(open_port(&port, 0).unwrap(), QUICK, dimsart_modules::ALL).unwrap_err();
+    let error = Device::identify(open_port(&port, 0).unwrap(), QUICK, dimsart_modules::ALL).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::Closed)), "{error}");
 }

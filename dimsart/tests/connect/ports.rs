@@ -62,7 +62,7 @@ fn a_serial_port_will_do_and_one_program_at_a_time_has_it() {
         thread::sleep(Duration::from_millis(10));
         !matches!(opened, Err(PortError::InUse { .. }))
     });
-    let mut device = Device::greet(opened.unwrap().unwrap(), QUICK, dimsart_modules::ALL).unwrap();
+    let mut device = Device::identify(opened.unwrap().unwrap(), QUICK, dimsart_modules::ALL).unwrap();
     assert_eq!(device.overview().unwrap().identity.device, "arm");
     assert!(matches!(open_port(&name, 115_200), Err(PortError::InUse { .. })));
 }
@@ -76,7 +76,7 @@ fn answer_on(mut stream: impl Read + Write) {
             Ok(0) => return,
             Ok(count) => {
                 let mut bytes = Vec::new();
-                receiver.take_all(&buffer[..count], |content| bytes.extend(robot.answer(content)));
+                receiver.push_all(&buffer[..count], |content| bytes.extend(robot.answer(content)));
                 stream.write_all(&bytes).unwrap();
             }
             // No bytes yet, or the other end is not open.

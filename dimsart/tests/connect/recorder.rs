@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use dimsart::connect::{RecordedRow, ValueText};
+use dimsart::connect::{DisplayValue, RecorderRow};
 use dimsart_core::Command;
 use dimsart_link::protocol::{MAX_FRAME_BYTES, Refusal, Request, Response, decode_request, encode_response};
 use hil_sim::schemes::SchemeText;
@@ -36,8 +36,8 @@ fn tick(emulated: &Emulated, positions: impl IntoIterator<Item = u8>) {
 }
 
 /// The row recorded at this position.
-fn row(number: u32, position: u16) -> RecordedRow {
-    RecordedRow { number, values: [position.into(), 0.0, 0.0].map(ValueText::Real).to_vec() }
+fn row(number: u32, position: u16) -> RecorderRow {
+    RecorderRow { number, values: [position.into(), 0.0, 0.0].map(DisplayValue::Real).to_vec() }
 }
 
 #[test]
@@ -47,7 +47,7 @@ fn rows_come_oldest_first_with_name_and_unit() {
         let end = ticks.end;
         tick(&emulated, ticks);
         let state = emulated.state();
-        let recorded = emulated.connect(QUICK).recorded(None).unwrap();
+        let recorded = emulated.connect(QUICK).read_recorder(None).unwrap();
         assert_eq!(emulated.state(), state, "only reads");
         let expected: Vec<_> = (first..end).map(|number| row(number.into(), number.into())).collect();
         assert_eq!(recorded.rows, expected);
@@ -94,12 +94,12 @@ fn a_row_that_takes_two_answers_is_read_whole_and_named_by_row_and_column() {
     let emulated = Emulated::with_scheme("master");
     add_recorder(&emulated, "MAP", 3);
     tick(&emulated, 0..5);
-    let recorded = emulated.connect(QUICK).recorded(None).unwrap();
+    let recorded = emulated.connect(QUICK).read_recorder(None).unwrap();
     let columns: Vec<_> =
         (0..5).flat_map(|row| (0..8).map(move |column| format!("arm.MAP[{row}][{column}] (J)"))).collect();
     assert_eq!(recorded.columns, columns);
     assert_eq!(recorded.rows.iter().map(|row| row.number).collect::<Vec<_>>(), [2, 3, 4]);
-    let values: Vec<_> = (1..=40_u8).map(|value| ValueText::Real(value.into())).collect();
+    let values: Vec<_> = (1..=40_u8).map(|value| DisplayValue::Real(value.into())).collect();
     assert!(recorded.rows.iter().all(|row| row.values == values), "{recorded:?}");
 }
 
@@ -145,7 +145,7 @@ fn what_is_no_recorder_to_read_is_said_with_what_to_do() {
         "{found}"
     );
     tick(&emulated, 0..3);
-    assert_eq!(emulated.connect(QUICK).recorded(Some("RECORDER_MOD.2")).unwrap().rows.len(), 3);
+    assert_eq!(emulated.connect(QUICK).read_recorder(Some("RECORDER_MOD.2")).unwrap().rows.len(), 3);
     emulated.out(&["off", "RECORDER_MOD"], 0);
     let note = emulated.run(&["recorder"]).stderr;
     assert!(String::from_utf8(note).unwrap().contains("3 rows of POSITION"), "the only plugged-in recorder");
@@ -224,7 +224,7 @@ fn rows_that_are_overwritten_meanwhile_are_left_out_and_counted() {
                 next += 1;
             }
         });
-        let recorded = busy.connect(QUICK).recorded(None).unwrap();
+        let recorded = busy.connect(QUICK).read_recorder(None).unwrap();
         let found = &recorded.rows;
         for taken in found {
             assert_eq!(*taken, row(taken.number, taken.number.try_into().unwrap()), "wrong row number");
@@ -262,7 +262,7 @@ fn a_recorder_that_begins_anew_meanwhile_is_not_mixed_with_what_it_was() {
                 robot.tick(1.0);
             }
         });
-        let error = busy.connect(QUICK).recorded(None).unwrap_err().to_string();
+        let error = busy.connect(QUICK).read_recorder(None).unwrap_err().to_string();
         assert_eq!(error, "RECORDER_MOD was changed or reset during the read: repeat the read");
     }
 }

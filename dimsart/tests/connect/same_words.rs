@@ -3,7 +3,7 @@
 use dimsart::connect::{ConnectError, Device};
 use dimsart_core::Dimsart;
 use hil_sim::link::Stream;
-use hil_sim::schemes::{Loaded, SIDES, SchemeText, load};
+use hil_sim::schemes::{LoadReport, SIDES, SchemeText, load};
 
 use crate::emulated::{Emulated, QUICK, Robot};
 
@@ -56,7 +56,7 @@ const WHOLE: &[&str] = &[
 /// A final row that checks the whole scheme.
 const CHECK: &str = "\nall MOD_ENG MATCHING_CHECK\n";
 
-fn offline(rows: &SchemeText, side: &str) -> Loaded {
+fn offline(rows: &SchemeText, side: &str) -> LoadReport {
     let Robot { mut dimsart, .. } = Robot::new();
     let dimsart: &mut Dimsart = &mut dimsart;
     load(rows, side, &[], dimsart)
@@ -65,8 +65,8 @@ fn offline(rows: &SchemeText, side: &str) -> Loaded {
 /// Compares a device's texts about a scheme with those about its file; returns false for a valid scheme.
 fn is_the_same(device: &mut Device<Box<dyn Stream>>, rows: String, side: &str) -> bool {
     let scheme = SchemeText { name: "my.scheme".to_owned(), text: rows };
-    let Loaded { errors, faults, delays } = offline(&scheme, side);
-    device.close(None).unwrap();
+    let LoadReport { errors, faults, delays } = offline(&scheme, side);
+    device.delete_module(None).unwrap();
     let sent = device.send_scheme(&scheme, side);
     if let Some(expected) = errors.first() {
         let found = sent.unwrap_err().to_string();
@@ -85,7 +85,7 @@ fn is_the_same(device: &mut Device<Box<dyn Stream>>, rows: String, side: &str) -
                 scheme.text
             );
         }
-        Err(ConnectError::Row { message, .. }) => {
+        Err(ConnectError::InvalidRow { message, .. }) => {
             let expected =
                 format!("refused: the scheme has {} fault(s): {}", faults.len(), faults.join("; "));
             assert_eq!(message, expected, "{side}\n{}", scheme.text);

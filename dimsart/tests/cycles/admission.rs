@@ -27,11 +27,11 @@ fn images() -> Vec<(&'static BoardInfo, PathBuf)> {
 /// The shipped master, on a controller that admits modules as the image does.
 fn shipped(image: &StampedImage) -> Dimsart {
     let mut dimsart =
-        Dimsart::new(ProvidedMemory::leaked(), device("master", DOF, 1e-3).unwrap(), ALL).unwrap();
+        Dimsart::new(ProvidedMemory::leak_default(), device("master", DOF, 1e-3).unwrap(), ALL).unwrap();
     dimsart.engine_mut().set_costs(image.costs().map(|costs| Costs::new(costs.leak(), image.kinds().leak())));
     dimsart.engine_mut().set_cycle_limit(NonZeroU32::new(image.limit_cycles()));
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
-    assert!(schemes::load(&scheme, "master", &[], &mut dimsart).is_sound());
+    assert!(schemes::load(&scheme, "master", &[], &mut dimsart).is_valid());
     dimsart
 }
 
@@ -40,7 +40,7 @@ fn load(image: &Path, scheme: &[u8]) -> Result<(), CyclesError> {
     let firmware = Firmware::find(Some(image), None).unwrap();
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);
     let mut controller = Controller::new(&firmware, timing, DOF).unwrap();
-    controller.limit().unwrap();
+    controller.enable_tick_limit().unwrap();
     controller.load(scheme).map(|_| ())
 }
 

@@ -19,13 +19,13 @@ fn the_start_copies_the_tick_to_where_it_runs() {
         assert!(tick < CCM, "{tick:#010x} is not in the copied range");
         return;
     };
-    let (flashed_at, bytes) = (code.flashed_at, code.bytes.clone());
+    let (load_address, bytes) = (code.load_address, code.bytes.clone());
     // Empty before the start.
     code.bytes.fill(0);
-    (code.flashed_at, code.is_writable) = (CCM, true);
+    (code.load_address, code.is_writable) = (CCM, true);
     image.segments.push(Segment {
-        address: flashed_at,
-        flashed_at,
+        address: load_address,
+        load_address,
         bytes: bytes.clone(),
         is_writable: false,
     });

@@ -5,7 +5,7 @@ use std::env;
 use boards::BOARDS;
 use dimsart::cycles::Firmware;
 use dimsart_modules::{ALL, group_of};
-use hil_sim::emulated::FOLDER_VARIABLE;
+use hil_sim::emulated::IMAGE_FOLDER_VARIABLE;
 use test_requirements::{image, missing};
 
 /// Default board.
@@ -21,7 +21,7 @@ pub(crate) fn kinds() -> usize {
 
 /// The board's image, or the last built one without a folder of images.
 pub(crate) fn firmware() -> Option<Firmware> {
-    let is_complete = env::var_os(FOLDER_VARIABLE).is_some();
+    let is_complete = env::var_os(IMAGE_FOLDER_VARIABLE).is_some();
     let found = Firmware::find(None, is_complete.then_some(BOARD));
     found.map_err(|reason| missing(&reason.to_string())).ok()
 }

@@ -1,7 +1,7 @@
 //! Every module kind against its bound, with random parameters and inputs.
 
 use cycles::timing::{Column, Profile, Timing};
-use dimsart_core::{Accepts, Command, ModuleRef, Parameter, Value};
+use dimsart_core::{Command, ModuleRef, Parameter, ParameterType, Value};
 use dimsart_link::saved_scheme;
 use dimsart_modules::ALL;
 use hil_sim::experiment::Experiment;
@@ -87,19 +87,19 @@ fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
     }
     let number = random.next_u32();
     Some(match parameter.accepts {
-        Accepts::Real { min, max, .. } => {
+        ParameterType::Real { min, max, .. } => {
             let (min, max) = (min.max(-LARGEST), max.min(LARGEST));
             Value::Real(min + (max - min) * (number as f32 / u32::MAX as f32))
         }
-        Accepts::Count { min, max } => Value::Count(min + number % (max.min(MAX) - min + 1)),
-        Accepts::Integer { min, max } => {
+        ParameterType::Count { min, max } => Value::Count(min + number % (max.min(MAX) - min + 1)),
+        ParameterType::Integer { min, max } => {
             // `None` if the range has all numbers.
             let count = max.abs_diff(min).checked_add(1);
             Value::Integer(min.wrapping_add_unsigned(count.map_or(number, |count| number % count)))
         }
-        Accepts::Flag => Value::Flag(number.is_multiple_of(2)),
-        Accepts::Choice(names) => Value::Choice(u8::try_from(number as usize % names.len()).unwrap()),
-        Accepts::Types => return None,
+        ParameterType::Flag => Value::Flag(number.is_multiple_of(2)),
+        ParameterType::Choice(names) => Value::Choice(u8::try_from(number as usize % names.len()).unwrap()),
+        ParameterType::Types => return None,
     })
 }
 

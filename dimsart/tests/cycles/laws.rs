@@ -70,7 +70,7 @@ before = filtered";
 /// A controller with this number of axes, a generator of desired positions, and these rows.
 fn controller(dof: usize, law: Option<&Law>, rows: &str) -> Dimsart {
     let mut dimsart =
-        Dimsart::new(ProvidedMemory::leaked(), device("master", dof, 1e-3).unwrap(), ALL).unwrap();
+        Dimsart::new(ProvidedMemory::leak_default(), device("master", dof, 1e-3).unwrap(), ALL).unwrap();
     for command in law.iter().flat_map(|law| law.commands(1)) {
         dimsart.command(command).unwrap();
     }
@@ -98,7 +98,7 @@ fn run(dimsart: &mut Dimsart, dof: usize) -> Option<(Vec<Vec<u32>>, u64)> {
             // The generator's call, then the law's.
             cycles += run.calls.get(1).unwrap().cycles;
         }
-        let words: Vec<u32> = controller.commanded().into_iter().map(|word| word.0).collect();
+        let words: Vec<u32> = controller.commands().into_iter().map(|word| word.0).collect();
         let mut host = vec![Word(0); dof];
         dimsart.tick(&measured, &mut host);
         let host: Vec<u32> = host.into_iter().map(|word| word.0).collect();

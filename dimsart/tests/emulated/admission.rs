@@ -70,7 +70,7 @@ fn one_image_starts_as_the_side_that_it_is_stamped_with() {
     let text = SchemeText::read("builtin:bilateral").unwrap();
     for (side, mode) in [("master", "MASTER"), ("slave", "SLAVE")] {
         let mut dimsart = SimulatedDimsart::new(device(side, MAX_DOF, 1e-3).unwrap(), ALL).unwrap();
-        assert!(schemes::load(&text, side, &[], &mut dimsart).is_sound());
+        assert!(schemes::load(&text, side, &[], &mut dimsart).is_valid());
         let scheme = saved_scheme::save(dimsart.engine_mut()).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let firmware = stamped(&folder, |image| image.set_scheme("bilateral", side, &scheme).unwrap());

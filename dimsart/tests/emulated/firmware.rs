@@ -163,5 +163,5 @@ pub(crate) fn greet_after_queue(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>
 
 fn greet_within(uart: Box<dyn Stream>, tries: u32) -> Device<Box<dyn Stream>> {
     let patience = Timeouts { timeout: TEST_TIMEOUT / 10, tries };
-    Device::greet(uart, patience, dimsart_modules::ALL).unwrap()
+    Device::identify(uart, patience, dimsart_modules::ALL).unwrap()
 }

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 
 use dimsart_core::{Command, ModuleRef, TickResult, types};
 use dimsart_link::protocol::{
-    Heartbeat, MAX_FRAME_BYTES, NO_CLIENT, Receiver, Request, client_of, decode_heartbeat, decode_response,
-    encode_request, request_id,
+    Heartbeat, MAX_FRAME_BYTES, NO_CLIENT, Receiver, Request, decode_heartbeat, decode_response,
+    encode_request, request_client, request_id,
 };
 use dimsart_modules::ALL;
 use hil_sim::experiment::Experiment;
@@ -43,15 +43,15 @@ fn run(bytes: &[u8]) -> Option<Heard> {
     for tick in 0..TICKS {
         rig.stations_mut()[0].board_mut().unwrap().send_command_bytes(bytes);
         rig.step();
-        assert!(rig.trouble().is_none());
+        assert!(rig.take_board_error().is_none());
         let board = rig.stations_mut()[0].board_mut().unwrap();
         heard.instructions.push(board.instructions().unwrap());
         for bytes in board.command_bytes() {
-            receiver.take_all(bytes, |content| {
+            receiver.push_all(bytes, |content| {
                 if let Ok((_, heartbeat)) = decode_heartbeat(content) {
                     heard.heartbeats.push((tick, heartbeat));
                 } else if let Ok((id, _)) = decode_response(content) {
-                    *heard.answers.entry(client_of(id)).or_default() += 1;
+                    *heard.answers.entry(request_client(id)).or_default() += 1;
                 }
             });
         }
@@ -151,7 +151,7 @@ fn a_host_in_lockstep_holds_the_lease_by_the_command_line() {
         let slave = &mut rig.stations_mut()[1];
         assert_eq!(slave.last_tick, TickResult::Ran);
         for bytes in slave.board_mut().unwrap().command_bytes() {
-            receiver.take_all(bytes, |content| {
+            receiver.push_all(bytes, |content| {
                 leases.extend(decode_heartbeat(content).map(|(_, heartbeat)| heartbeat.lease));
             });
         }

@@ -116,7 +116,7 @@ fn change_fingerprint(flash: &mut [u8]) {
     // Item format of `firmware/src/items.rs`: key, 0, length u16, CRC-32 of these and of the following bytes.
     const HEADER: usize = 8;
     let device = DeviceDescriptor::new("any", &[AxisKind::Linear], 1e-3, &[types::POSITION], &[]).unwrap();
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device, ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device, ALL).unwrap();
     let print = fingerprint(dimsart.engine_mut()).to_le_bytes();
     let place = flash.windows(5).position(|bytes| bytes[0] == SAVED_SCHEME_VERSION && bytes[1..] == print);
     let item = &mut flash[place.unwrap() - HEADER..];
@@ -163,7 +163,7 @@ fn the_heart_beats_on_while_a_scheme_is_collected() {
         uart.write_all(&burst).unwrap();
         while ticks.len() < 2 {
             let Ok(count) = uart.read(&mut buffer) else { continue };
-            receiver.take_all(&buffer[..count], |content| match decode_response(content) {
+            receiver.push_all(&buffer[..count], |content| match decode_response(content) {
                 Ok((_, Response::Status(status))) => ticks.push(status.ticks),
                 Ok((_, Response::Schemes(_))) => is_saved = true,
                 _ => beats.extend(decode_heartbeat(content).map(|(_, beat)| (beat.ticks, is_saved))),

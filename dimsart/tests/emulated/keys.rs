@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex};
 
 use dimsart::connect::Device;
 use dimsart_core::{LinkState, TickResult, types};
-use dimsart_link::auth::{Guard, Key, Line, Profile};
+use dimsart_link::auth::{Key, KeyDomain, Profile, SecureChannel};
 use dimsart_link::protocol::{KeyRefusal, LeaseStatus, Receiver, Refusal, Response, decode_response};
 use hil_sim::emulated::Image;
 use hil_sim::experiment::{Experiment, Run};
@@ -190,7 +190,7 @@ fn a_lease_is_sealed_and_whoever_repeats_it_is_refused() {
     let (mut receiver, mut answers, mut buffer) = (Receiver::new(), Vec::new(), [0; 256]);
     while answers.len() < 4 {
         let count = uart.read(&mut buffer).unwrap_or_default();
-        receiver.take_all(&buffer[..count], |content| {
+        receiver.push_all(&buffer[..count], |content| {
             answers.extend(decode_response(content).ok().map(|(_, response)| format!("{response:?}")));
         });
     }
@@ -247,7 +247,7 @@ fn states(rig: &mut Rig, ticks: usize) -> Vec<u32> {
     let mut found = Vec::new();
     for _ in 0..ticks {
         rig.step();
-        assert!(rig.trouble().is_none());
+        assert!(rig.take_board_error().is_none());
         found.extend(probe.words(&rig.stations()[1]).first().copied());
     }
     found
@@ -278,8 +278,8 @@ fn a_link_whose_other_side_changes_its_key_is_lost_and_the_device_gets_no_force(
     let rig = experiment.rig_mut();
     assert_eq!(states(rig, 200).last(), Some(&(LinkState::Ok as u32)));
     assert_eq!(rig.stations()[1].last_tick, TickResult::Ran);
-    let stranger = Guard::new(&Key::new(&[0xBB; 16]), Line::Link(0), Profile::Full, 9);
-    rig.stations_mut()[0].guard(0, stranger, 1e-3);
+    let stranger = SecureChannel::new(&Key::new(&[0xBB; 16]), KeyDomain::Link(0), Profile::Full, 9);
+    rig.stations_mut()[0].enable_authentication(0, stranger, 1e-3);
     let found = states(rig, 100);
     assert!(found.contains(&(LinkState::Error as u32)), "{found:?}");
     assert_eq!(found.last(), Some(&(LinkState::Timeout as u32)), "{found:?}");

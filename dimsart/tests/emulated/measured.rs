@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::broker::{self, SharedPort};
-use dimsart::connect::{ConnectError, Device, Measured, Tap};
+use dimsart::connect::{ConnectError, CycleCounts, Device, Subscription};
 use dimsart::cycles::{Controller, Firmware as Image};
 use dimsart_core::{AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, ProvidedMemory, types};
 use dimsart_link::protocol::Refusal;
@@ -20,9 +20,9 @@ use crate::firmware::{Firmware, greet};
 const TICKS: u32 = 500;
 
 /// Waits until it has measured enough ticks.
-fn measured(device: &mut Device<Box<dyn Stream>>) -> Result<Measured, ConnectError> {
+fn measured(device: &mut Device<Box<dyn Stream>>) -> Result<CycleCounts, ConnectError> {
     loop {
-        let measured = device.measured()?.unwrap();
+        let measured = device.cycle_counts()?.unwrap();
         if measured.tick.runs >= TICKS {
             return Ok(measured);
         }
@@ -31,7 +31,7 @@ fn measured(device: &mut Device<Box<dyn Stream>>) -> Result<Measured, ConnectErr
 
 /// Measures from a reset on, while the lease is held throughout. The emulator does not keep the host's time, so the lease
 /// lasts milliseconds of the host: a busy host loses it and starts again.
-fn measured_under_the_lease(device: &mut Device<Box<dyn Stream>>) -> Measured {
+fn measured_under_the_lease(device: &mut Device<Box<dyn Stream>>) -> CycleCounts {
     for _ in 0..1000 {
         let attempt = device.hold_lease().and_then(|_| device.reset(None)).and_then(|_| measured(device));
         match attempt {
@@ -74,16 +74,16 @@ fn every_call_takes_the_instructions_that_the_machine_counts() {
 
     // The overhead of the two counter readings is the same for every call.
     let around = |counted: u64, measured: f64| counted as f64 - measured;
-    let first = around(counted[0].0, measured.calls[0].least).round();
+    let first = around(counted[0].0, measured.calls[0].min).round();
     assert!((0.0..=16.0).contains(&first), "{first}: {counted:?} {measured:?}");
     for ((least, greatest), call) in counted.iter().zip(&measured.calls) {
-        for (counted, measured) in [(*least, call.least), (*greatest, call.greatest)] {
+        for (counted, measured) in [(*least, call.min), (*greatest, call.max)] {
             let differs_by = around(counted, measured) - first;
             assert!(differs_by.abs() < 0.9, "{differs_by}: {counted:?} {measured:?}");
         }
     }
     // A tick's reading excludes the bookkeeping of the tick itself, too.
-    let [least, greatest] = [around(tick.0, measured.tick.least), around(tick.1, measured.tick.greatest)];
+    let [least, greatest] = [around(tick.0, measured.tick.min), around(tick.1, measured.tick.max)];
     assert!((0.0..=80.0).contains(&least), "{least}: {tick:?} {measured:?}");
     assert!((greatest - least).abs() < 1.5, "{least} {greatest}: {tick:?} {measured:?}");
 }
@@ -102,10 +102,10 @@ fn eight_clients_cost_a_tick_nothing() {
     let watched = thread::scope(|scope| {
         for _ in 0..8 {
             scope.spawn(|| {
-                let (mut client, mut tap) = (connect(), Tap::new(1));
+                let (mut client, mut tap) = (connect(), Subscription::new(1));
                 while !is_over.load(Ordering::Relaxed) {
                     // Where another client has the board's stream, it retries.
-                    let _ = client.tap(&mut tap, Duration::from_millis(20));
+                    let _ = client.receive_rows(&mut tap, Duration::from_millis(20));
                     client.signals(&[]).unwrap();
                 }
             });
@@ -117,14 +117,14 @@ fn eight_clients_cost_a_tick_nothing() {
     });
     println!("instructions of a tick: {alone:?} alone, {watched:?} with eight clients");
     assert!(watched.mean <= 1.02 * alone.mean, "{alone:?} {watched:?}");
-    assert!(watched.greatest <= 1.02 * alone.greatest, "{alone:?} {watched:?}");
+    assert!(watched.max <= 1.02 * alone.max, "{alone:?} {watched:?}");
 }
 
 /// A device's scheme as bytes to save.
 fn scheme(commands: &[SchemeCommand], axes: usize) -> saved_scheme::SchemeBytes {
     let axes = vec![AxisKind::Linear; axes];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap();
     for command in commands {
         dimsart.command(*command).unwrap();
     }
@@ -138,11 +138,11 @@ fn a_change_of_the_scheme_and_a_request_begin_anew() {
     let mut device = greet(firmware.uart());
     let before = measured(&mut device).unwrap();
     device.reset_cycle_counts().unwrap();
-    assert!(device.measured().unwrap().unwrap().tick.runs < before.tick.runs);
+    assert!(device.cycle_counts().unwrap().unwrap().tick.runs < before.tick.runs);
     measured(&mut device).unwrap();
     device.stop().unwrap();
-    let stopped = device.measured().unwrap().unwrap();
-    assert_eq!((stopped.tick.runs, stopped.tick.greatest), (0, 0.0));
+    let stopped = device.cycle_counts().unwrap().unwrap();
+    assert_eq!((stopped.tick.runs, stopped.tick.max), (0, 0.0));
 }
 
 #[test]

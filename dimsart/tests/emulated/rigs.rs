@@ -25,7 +25,7 @@ fn a_rig_is_the_same_on_emulated_boards() {
                 }
             }
             let run = experiment.run(&AtomicBool::new(false), |_| ());
-            assert!(run.broken.is_none(), "{:?}", run.broken);
+            assert!(run.error.is_none(), "{:?}", run.error);
             run
         };
         let (here, there) = (run(false), run(true));

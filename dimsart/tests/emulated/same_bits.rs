@@ -51,7 +51,7 @@ fn more_packets_than_a_tick_takes_are_an_error_that_says_so() {
     let rig = experiment.rig_mut();
     let trouble = (0..TICKS).find_map(|_| {
         rig.step();
-        rig.trouble()
+        rig.take_board_error()
     });
     let message = trouble.unwrap().1.to_string();
     assert!(message.contains("packets in one tick") && message.contains("jitter_ticks"), "{message}");
@@ -83,7 +83,7 @@ fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Ri
     for tick in 0..ticks {
         here.tick();
         there.tick();
-        if let Some((side, trouble)) = there.trouble() {
+        if let Some((side, trouble)) = there.take_board_error() {
             panic!("{side} in tick {tick}: {trouble}");
         }
         for (side, (here, there)) in here.stations().iter().zip(there.stations()).enumerate() {

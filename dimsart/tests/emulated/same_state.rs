@@ -63,7 +63,7 @@ fn compare_ticks(firmware: &Firmware, side: &str, ticks: usize) -> u64 {
             instructions += compare_tick(controller.before_tick(&trace.measured).unwrap());
         }
         controller.tick(&trace.measured).unwrap();
-        assert_eq!(controller.commanded(), trace.commanded, "tick {tick} of {side}");
+        assert_eq!(controller.commands(), trace.commands, "tick {tick} of {side}");
     }
     instructions
 }
@@ -92,7 +92,7 @@ fn memory(machine: &Machine, folder: &Path) -> Vec<(PathBuf, u32)> {
     trampoline.extend(encode::constant(12, machine.next().unwrap().address | 1));
     trampoline.push(0x4760); // bx r12
     flash.extend(trampoline.iter().flat_map(|half| half.to_le_bytes()));
-    let parts = [(0, flash.as_slice())].into_iter().chain(machine.writable());
+    let parts = [(0, flash.as_slice())].into_iter().chain(machine.writable_memory());
     let file = |(address, bytes): (u32, &[u8])| {
         let file = folder.join(format!("{address:08x}"));
         fs::write(&file, bytes).unwrap();

@@ -5,13 +5,13 @@ use std::io::ErrorKind;
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::{ConnectError, Device, Live};
+use dimsart::connect::{ConnectError, Device, SignalPoll};
 use dimsart_link::exchange::Tag;
 use dimsart_link::protocol::{
-    MAX_FRAME_BYTES, Receiver, Request, client_of, decode_heartbeat, decode_response, encode_request,
+    MAX_FRAME_BYTES, Receiver, Request, decode_heartbeat, decode_response, encode_request, request_client,
     request_id,
 };
-use hil_sim::emulated::pin_to_one_processor;
+use hil_sim::emulated::pin_to_current_cpu;
 use hil_sim::link::Stream;
 use rand_core::{Rng, SeedableRng};
 
@@ -45,7 +45,7 @@ fn commands_are_answered_below_a_tick_that_is_never_late() {
 #[test]
 fn noise_a_cut_frame_and_a_flood_are_survived() {
     // Each byte is handed over inside the emulator, whose UART holds one: 50 us on one processor, up to 100 ms on a loaded one.
-    pin_to_one_processor();
+    pin_to_current_cpu();
     let Some(firmware) = Firmware::start(false) else { return };
     let mut uart = firmware.uart();
     let mut noise = vec![0; length(500, 10_000_000)];
@@ -93,9 +93,9 @@ fn eight_clients_keep_neither_the_tick_nor_the_heart_from_beating() {
     while beats.len() < length(10, 20) || answered.len() < 8 {
         let bytes: Vec<u8> = rest.by_ref().take(64).collect();
         exchange(&mut uart, &bytes, |answer| {
-            receiver.take_all(answer, |content| {
+            receiver.push_all(answer, |content| {
                 beats.extend(decode_heartbeat(content));
-                answered.extend(decode_response(content).map(|(id, _)| client_of(id)));
+                answered.extend(decode_response(content).map(|(id, _)| request_client(id)));
             });
         });
     }
@@ -137,9 +137,9 @@ fn a_board_moves_its_device_while_the_lease_is_held_and_says_so_by_itself() {
         }
     };
     assert!(refused.to_string().contains("a fault or a timeout ended the lease"), "{refused}");
-    let mut live = Live::new(&["POSITION".to_owned()], Duration::from_millis(20));
-    assert_eq!(device.look(&mut live).unwrap()[0].values.len(), 3);
-    assert!(live.is_pushed());
+    let mut live = SignalPoll::new(&["POSITION".to_owned()], Duration::from_millis(20));
+    assert_eq!(device.read_signals(&mut live).unwrap()[0].values.len(), 3);
+    assert!(live.uses_telemetry());
 }
 
 const PERIOD_CYCLES: u32 = 25_000;

@@ -87,25 +87,29 @@ fn random_transactions_come_to_the_same_bits_and_answers_on_the_board() {
             there.stations_mut()[0].board_mut().unwrap().send_command_bytes(frame);
             let mut answer = None;
             // A tick handles one request, a second one waits: no request is sent in the tick after the answer.
-            let mut is_answered = false;
+            let mut has_session = false;
             for _ in 0..8 {
                 [&mut *here, &mut *there].into_iter().for_each(|rig| rig.tick());
-                assert!(there.trouble().is_none(), "{transaction} {command:?}: {:?}", there.trouble());
+                assert!(
+                    there.take_board_error().is_none(),
+                    "{transaction} {command:?}: {:?}",
+                    there.take_board_error()
+                );
                 let [expected, found] = [&*here, &*there].map(|rig| signals(&rig.stations()[0]));
                 assert_eq!(found, expected, "{transaction} {command:?}");
                 assert_eq!(there.stations()[0].last_tick, TickResult::Ran, "{transaction} {command:?}");
                 here.advance();
                 there.advance();
                 for bytes in there.stations_mut()[0].board_mut().unwrap().command_bytes() {
-                    receiver.take_all(bytes, |content| match decode_response(content) {
+                    receiver.push_all(bytes, |content| match decode_response(content) {
                         Ok((found, Response::Effect(effect))) if found == id => answer = Some(effect),
                         _ => {}
                     });
                 }
-                if is_answered {
+                if has_session {
                     break;
                 }
-                is_answered = answer.is_some();
+                has_session = answer.is_some();
             }
             let found = answer.unwrap_or_else(|| panic!("{transaction} {command:?}: no answer")).refused;
             assert_eq!(format!("{found:?}"), format!("{expected:?}"), "{transaction} {command:?}");

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::{Tap, TapRow};
+use dimsart::connect::{Subscription, SubscriptionRow};
 use hil_sim::schemes::SchemeText;
 use serde_json::{Value, json};
 
@@ -61,9 +61,9 @@ fn a_recording_has_every_tick_as_it_was_whoever_begins_and_ends_it() {
     let (mut device, is_over) = (served.device(), Arc::new(AtomicBool::new(false)));
     let over = Arc::clone(&is_over);
     let listening = thread::spawn(move || {
-        let (mut tap, mut rows) = (Tap::new(1), Vec::<TapRow>::new());
+        let (mut tap, mut rows) = (Subscription::new(1), Vec::<SubscriptionRow>::new());
         while !over.load(Ordering::Relaxed) {
-            rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
+            rows.extend(device.receive_rows(&mut tap, Duration::from_millis(20)).unwrap());
         }
         rows
     });

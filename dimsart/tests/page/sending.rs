@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::Tap;
+use dimsart::connect::Subscription;
 use dimsart_link::protocol::MAX_TELEMETRY_SIGNALS;
 use hil_sim::response::TELEMETRY_STREAMS;
 use hil_sim::schemes::SchemeText;
@@ -44,14 +44,14 @@ fn what_a_device_with_one_stream_sends_is_chosen_for_every_page() {
     other.send_scheme(&scheme, "joint").unwrap();
     // Another client uses all streams but one, as on a board.
     let taken = vec!["POSITION".to_owned(); (TELEMETRY_STREAMS - 1) * MAX_TELEMETRY_SIGNALS];
-    let mut tap = Tap::new(100).of(&taken);
-    other.tap(&mut tap, Duration::from_millis(1)).unwrap();
+    let mut tap = Subscription::new(100).with_signals(&taken);
+    other.receive_rows(&mut tap, Duration::from_millis(1)).unwrap();
     assert_eq!(tap.signals().len(), taken.len());
     let is_over = Arc::new(AtomicBool::new(false));
     let over = Arc::clone(&is_over);
     let keeping = thread::spawn(move || {
         while !over.load(Ordering::Relaxed) {
-            other.tap(&mut tap, Duration::from_millis(20)).unwrap();
+            other.receive_rows(&mut tap, Duration::from_millis(20)).unwrap();
         }
     });
 

@@ -132,12 +132,12 @@ impl Cia402Joint {
         let has_spoken = core::mem::take(&mut self.news) == [true; 2];
         // A silent drive is already reported.
         let is_lost = core::mem::take(&mut self.is_lost_now) && !self.agreement.is_gone();
-        let said = if is_lost { Some(Says::Stuck) } else { has_spoken.then(|| self.says()) };
+        let said = if is_lost { Some(Says::NeedsReset) } else { has_spoken.then(|| self.says()) };
         let shows = self.agreement.read(said);
         let of_setup = self.setup.refusal.or(self.lost).filter(|_| !self.setup.is_done);
         let emergency = self.emergency.map(Cia402JointFault::Emergency);
         let state = Cia402State::from_statusword(self.statusword);
-        let trouble = match (shows, state) {
+        let fault = match (shows, state) {
             _ if of_setup.is_some() || emergency.is_some() => emergency.or(of_setup),
             (Shows::Silent, _) => Some(Cia402JointFault::Silent),
             (Shows::UnexpectedMode, Cia402State::OperationEnabled) => Some(Cia402JointFault::Mode(self.mode)),
@@ -148,7 +148,7 @@ impl Cia402Joint {
             _ => None,
         };
         let shown = if shows == Shows::Nothing { Cia402Reading::NOTHING } else { self.shown };
-        Cia402Reading { trouble, ..shown }
+        Cia402Reading { fault, ..shown }
     }
 
     /// Returns the frame to send before SYNC, if any, for a torque, `N m` at the output, or `None` for a joint that is
@@ -179,9 +179,9 @@ impl Cia402Joint {
 
     fn says(&self) -> Says {
         match Cia402State::from_statusword(self.statusword) {
-            _ if self.emergency.is_some() => Says::Stuck,
-            Cia402State::OperationEnabled if self.mode == TORQUE_MODE => Says::Obeys,
-            Cia402State::Fault | Cia402State::FaultReactionActive | Cia402State::Unknown => Says::Stuck,
+            _ if self.emergency.is_some() => Says::NeedsReset,
+            Cia402State::OperationEnabled if self.mode == TORQUE_MODE => Says::Operational,
+            Cia402State::Fault | Cia402State::FaultReactionActive | Cia402State::Unknown => Says::NeedsReset,
             _ => Says::Ready,
         }
     }

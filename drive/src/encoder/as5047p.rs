@@ -36,7 +36,7 @@ impl As5047p {
         if diagnosis & (TOO_WEAK | TOO_STRONG | OVERFLOW) != 0 {
             return Rotor::BadMagnet;
         }
-        Rotor::At(Angle(u32::from(angle) << 18))
+        Rotor::Angle(Angle(u32::from(angle) << 18))
     }
 }
 
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn every_angle_comes_through() {
         for count in 0..1 << 14 {
-            let expected = Rotor::At(Angle::from_counts(u32::from(count), As5047p::COUNTS_PER_TURN));
+            let expected = Rotor::Angle(Angle::from_counts(u32::from(count), As5047p::COUNTS_PER_TURN));
             assert_eq!(As5047p::decode([[0xFF; 2], reply(count), reply(GOOD)]), expected);
         }
     }

@@ -20,12 +20,12 @@ impl As5600 {
     pub const MAX_CLOCK_HZ: u32 = 1_000_000;
     /// Minimum clock low time, clock high time, and data setup time including the maximum rise time of the data, `ns`
     /// (NXP UM10204, Fast-mode Plus).
-    pub const MIN_NS: [u32; 3] = [500, 260, 50 + 120];
+    pub const MIN_I2C_TIMES_NS: [u32; 3] = [500, 260, 50 + 120];
     /// Sample period of the chip, `s`.
     pub const SAMPLE_S: f32 = 150e-6;
     /// Mean age of the angle after [setup](Self::SETUP), `s`: half a sample period of waiting plus half of filtering
     /// over two samples. The filter delay is from the data sheet's step response of 0.286 ms; it has not been measured.
-    pub const AGE_S: f32 = Self::SAMPLE_S;
+    pub const MEAN_LATENCY_S: f32 = Self::SAMPLE_S;
     /// Write once after power-on: selects the fastest filter, over two samples (CONF, SF). The default filter delays
     /// the angle by 2.2 ms.
     pub const SETUP: [u8; 2] = [0x07, 0x03];
@@ -39,7 +39,7 @@ impl As5600 {
     #[must_use]
     pub fn decode([status, high, low]: [u8; 3]) -> Rotor {
         match status & (DETECTED | TOO_WEAK | TOO_STRONG) {
-            DETECTED => Rotor::At(Angle((u32::from(high) << 8 | u32::from(low)) << 20)),
+            DETECTED => Rotor::Angle(Angle((u32::from(high) << 8 | u32::from(low)) << 20)),
             0 if [status, high, low] == [0; 3] => Rotor::Lost,
             both if both & TOO_WEAK != 0 && both & TOO_STRONG != 0 => Rotor::Lost,
             _ => Rotor::BadMagnet,
@@ -66,7 +66,7 @@ mod tests {
     #[test]
     fn every_angle_comes_through() {
         for count in 0..1 << 12 {
-            let expected = Rotor::At(Angle::from_counts(u32::from(count), As5600::COUNTS_PER_TURN));
+            let expected = Rotor::Angle(Angle::from_counts(u32::from(count), As5600::COUNTS_PER_TURN));
             assert_eq!(decode(DETECTED, count), expected);
             // The other bits are unspecified.
             assert_eq!(decode(DETECTED | 0b1100_0111, 0xF000 | count), expected);

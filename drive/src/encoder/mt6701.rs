@@ -34,7 +34,7 @@ impl Mt6701 {
         if frame & (TRACK_LOST | FIELD) != 0 {
             return Rotor::BadMagnet;
         }
-        Rotor::At(Angle(frame >> 10 << 18))
+        Rotor::Angle(Angle(frame >> 10 << 18))
     }
 }
 
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn a_frame_of_a_real_chip_is_understood() {
         // From the public drivers: a chip at 7982.
-        assert_eq!(decode(0x7C_B827), Rotor::At(Angle::from_counts(7982, Mt6701::COUNTS_PER_TURN)));
+        assert_eq!(decode(0x7C_B827), Rotor::Angle(Angle::from_counts(7982, Mt6701::COUNTS_PER_TURN)));
         assert_eq!(frame(7982, 0), 0x7C_B827);
     }
 
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn every_angle_comes_through() {
         for count in 0..1 << 14 {
-            let expected = Rotor::At(Angle::from_counts(count, Mt6701::COUNTS_PER_TURN));
+            let expected = Rotor::Angle(Angle::from_counts(count, Mt6701::COUNTS_PER_TURN));
             assert_eq!(decode(frame(count, 0)), expected);
             assert_eq!(decode(frame(count, 0b0100)), expected, "the push button is ignored");
         }
@@ -110,7 +110,7 @@ mod tests {
     fn a_chip_that_is_not_there_is_lost_on_a_line_that_is_pulled_up() {
         assert_eq!(decode(0xFF_FFFF), Rotor::Lost);
         // Also the valid frame of angle 0, which must be accepted.
-        assert_eq!(decode(0), Rotor::At(Angle(0)));
+        assert_eq!(decode(0), Rotor::Angle(Angle(0)));
     }
 
     #[test]

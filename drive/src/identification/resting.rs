@@ -2,7 +2,7 @@
 
 use super::IdentificationError;
 use crate::number::larger;
-use crate::vector::Stator;
+use crate::vector::AlphaBeta;
 
 /// Minimum rise time of the voltage to its maximum.
 const RISE_S: f32 = 2.0;
@@ -72,7 +72,7 @@ impl Resting {
         &mut self,
         phase_a: [f32; 3],
         max_v: f32,
-    ) -> Result<(Stator, Option<Rest>), IdentificationError> {
+    ) -> Result<(AlphaBeta, Option<Rest>), IdentificationError> {
         let [along_a, v, w] = phase_a;
         let largest_a = larger(larger(along_a.abs(), v.abs()), w.abs());
         let wanted_a = if self.half.is_none() { 0.5 * self.current_a } else { self.current_a };
@@ -129,6 +129,6 @@ impl Resting {
                 }
             }
         }
-        Ok((Stator { alpha: self.voltage_v, beta: 0.0 }, done))
+        Ok((AlphaBeta { alpha: self.voltage_v, beta: 0.0 }, done))
     }
 }

@@ -3,7 +3,7 @@
 use super::IdentificationError;
 use super::resting::Rest;
 use crate::number::smaller;
-use crate::vector::Stator;
+use crate::vector::AlphaBeta;
 
 /// Periods per amplitude, an even number.
 const PERIODS: u16 = 400;
@@ -48,9 +48,9 @@ impl Shaking {
     #[inline]
     pub(super) fn step(
         &mut self,
-        is_a: Stator,
+        is_a: AlphaBeta,
         max_v: f32,
-    ) -> Result<(Stator, Option<f32>), IdentificationError> {
+    ) -> Result<(AlphaBeta, Option<f32>), IdentificationError> {
         let along_a = match self.axis {
             Axis::Direct => is_a.alpha,
             Axis::Quadrature => is_a.beta,
@@ -84,8 +84,8 @@ impl Shaking {
         // Half amplitude in the first period, so that the current alternates symmetrically.
         let swing_v = if self.periods == 1 { 0.5 * self.amplitude_v } else { sign * self.amplitude_v };
         let voltage = match self.axis {
-            Axis::Direct => Stator { alpha: self.held_v + swing_v, beta: 0.0 },
-            Axis::Quadrature => Stator { alpha: self.held_v, beta: swing_v },
+            Axis::Direct => AlphaBeta { alpha: self.held_v + swing_v, beta: 0.0 },
+            Axis::Quadrature => AlphaBeta { alpha: self.held_v, beta: swing_v },
         };
         Ok((voltage, done))
     }

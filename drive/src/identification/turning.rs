@@ -88,7 +88,7 @@ impl Turning {
             if self.start.is_none() {
                 (self.start, self.last) = (Some(angle), angle);
             }
-            let steps = angle.minus(self.last).0.cast_signed() / UNITS;
+            let steps = angle.wrapping_sub(self.last).0.cast_signed() / UNITS;
             self.travel = self.travel.saturating_add(steps);
             // The remainder is kept for the next period.
             self.last = Angle(self.last.0.wrapping_add((steps * UNITS).cast_unsigned()));
@@ -119,10 +119,10 @@ impl Turning {
         }
         let is_reversed = forward < 0.0;
         // Mean angle of the current vector: 3/4 turn forward, 1/2 turn back.
-        let start = self.start.unwrap_or_default().rad() / core::f32::consts::TAU;
+        let start = self.start.unwrap_or_default().to_rad() / core::f32::consts::TAU;
         let mean = start + 0.5 * (self.forward.mean + self.back.mean) * STEP;
         let turns = if is_reversed { -mean } else { mean } - 0.625 / f32::from(pole_pairs);
         let offset = Angle::from_turns(turns + WHOLE);
-        Ok(Turned { pole_pairs, offset_rad: offset.rad(), is_reversed })
+        Ok(Turned { pole_pairs, offset_rad: offset.to_rad(), is_reversed })
     }
 }

@@ -80,7 +80,7 @@ impl MoteusJoint {
         let Some(state) = self.state.filter(|_| shows != Shows::Nothing) else {
             return MoteusReading::NOTHING;
         };
-        let trouble = match (shows, state.fault.map(MoteusJointFault::Fault)) {
+        let fault = match (shows, state.fault.map(MoteusJointFault::Fault)) {
             (Shows::Silent, _) => Some(MoteusJointFault::Silent),
             (Shows::UnexpectedMode, None) => Some(MoteusJointFault::UnexpectedMode(state.mode)),
             (_, fault) => fault,
@@ -91,7 +91,7 @@ impl MoteusJoint {
             torque_nm: state.torque_nm,
             voltage_v: state.voltage_v,
             temperature_c: state.temperature_c,
-            trouble,
+            fault,
         }
     }
 
@@ -116,8 +116,8 @@ impl MoteusJoint {
 /// Classifies a mode. A drive in fault or timeout ignores torque commands until it is stopped.
 fn says(mode: MoteusMode) -> Says {
     match mode {
-        MoteusMode::Position => Says::Obeys,
+        MoteusMode::Position => Says::Operational,
         MoteusMode::Stopped | MoteusMode::Preparing => Says::Ready,
-        MoteusMode::Fault | MoteusMode::Timeout | MoteusMode::Other(_) => Says::Stuck,
+        MoteusMode::Fault | MoteusMode::Timeout | MoteusMode::Other(_) => Says::NeedsReset,
     }
 }

@@ -94,7 +94,7 @@ impl Bench {
             self.drive.receive(frame.id(), frame.bytes());
         }
         self.drive.advance(1e-3);
-        for (id, data) in self.drive.sent().filter(|_| self.are_wires_whole) {
+        for (id, data) in self.drive.take_frames().filter(|_| self.are_wires_whole) {
             self.joint.receive(id, &data);
         }
         reading
@@ -114,14 +114,14 @@ impl Bench {
     }
 
     fn assert_moves(&mut self) {
-        assert_eq!(self.ticks(20, Some(4.0)).trouble, None);
+        assert_eq!(self.ticks(20, Some(4.0)).fault, None);
         assert!((self.drive.torque_nm() - 4.0).abs() < 5e-3, "{}", self.drive.torque_nm());
     }
 
     /// Runs until a fault is reported, once with a position and then without data.
     fn told(&mut self) -> Cia402JointFault {
         let mut readings = (0..100).map(|_| self.tick(Some(4.0)));
-        let told = readings.find_map(|reading| reading.trouble.filter(|_| reading.position_rad.is_finite()));
+        let told = readings.find_map(|reading| reading.fault.filter(|_| reading.position_rad.is_finite()));
         assert!(readings.all(|reading| reading.position_rad.is_nan() && reading.torque_nm.is_nan()));
         assert!(self.drive.torque_nm().abs() < 1e-9);
         told.unwrap()
@@ -240,16 +240,16 @@ fn what_a_drive_refuses_is_named_and_what_it_may_lack_is_left_out() {
         (0x6076, 0x6076, 0x0602_0000),
     ] {
         let mut drive = model();
-        drive.forget(object);
+        drive.remove_object(object);
         let mut bench = Bench::new(drive);
         let reading = bench.ticks(150, Some(1.0));
         let abort = Cia402Abort::from_code(code);
-        assert_eq!(reading.trouble, Some(Cia402JointFault::Refused { object: refused, abort }));
+        assert_eq!(reading.fault, Some(Cia402JointFault::Refused { object: refused, abort }));
         assert!(reading.position_rad.is_nan() && bench.drive.torque_nm().abs() < 1e-9);
     }
     for object in [0x6079, 0x1802, 0x1a02, 0x1803] {
         let mut bench = Bench::new(model());
-        bench.drive.forget(object);
+        bench.drive.remove_object(object);
         assert_eq!(bench.ticks(100, None).voltage_v.is_nan(), object != 0x1803);
         bench.assert_moves();
     }
@@ -262,9 +262,9 @@ fn the_model_refuses_what_no_drive_takes() {
         let [low, high] = index.to_le_bytes();
         let head = [0x23 | (4 - bytes) << 2, low, high, part];
         let question: Vec<u8> = head.into_iter().chain(value.to_le_bytes()).collect();
-        let _ = drive.sent().count();
+        let _ = drive.take_frames().count();
         drive.receive(0x605, &question);
-        let (id, answer) = drive.sent().next().unwrap();
+        let (id, answer) = drive.take_frames().next().unwrap();
         assert_eq!((id, &answer[1..4]), (0x585, &question[1..4]));
         (answer[0] == 0x80).then(|| u32::from_le_bytes(answer[4..].try_into().unwrap()))
     };
@@ -290,7 +290,7 @@ fn a_fault_is_told_of_once_kept_and_reset_by_the_next_start_alone() {
     let emergency = Cia402JointFault::Emergency(Cia402Emergency::from_code(0x3210).unwrap());
     assert_eq!(bench.told(), emergency);
     let reading = bench.ticks(50, None);
-    assert_eq!((reading.trouble, state(&bench.drive)), (Some(emergency), Fault));
+    assert_eq!((reading.fault, state(&bench.drive)), (Some(emergency), Fault));
     assert!(reading.position_rad.is_finite());
     bench.assert_moves();
     // A recurring fault is not reset a second time.

@@ -106,7 +106,7 @@ impl Bench {
             phase_a: self.motor.phase_a().map(converted),
             bus_v: self.bus_v as f32,
             temperature_c: 25.0,
-            rotor: Rotor::At(Angle::from_counts(count, counts)),
+            rotor: Rotor::Angle(Angle::from_counts(count, counts)),
         }
     }
 

@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use dimsart_core::DriveFault;
-use drive::{Identification, IdentificationError, IdentificationStep, Identified, Rotor, Sample};
+use drive::{Identification, IdentificationError, IdentificationStep, MotorEstimate, Rotor, Sample};
 use hil_sim::plant::ThreePhaseParameters;
 
 use crate::bench::{Bench, PERIOD_S, configuration, motor};
@@ -26,7 +26,7 @@ fn free() -> ThreePhaseParameters {
 fn identify(
     bench: &mut Bench,
     change: impl Fn(Sample, u32) -> Sample,
-) -> (Result<Identified, IdentificationError>, f64) {
+) -> (Result<MotorEstimate, IdentificationError>, f64) {
     identify_with(bench, CURRENT_A, change)
 }
 
@@ -34,7 +34,7 @@ fn identify_with(
     bench: &mut Bench,
     current_a: f32,
     change: impl Fn(Sample, u32) -> Sample,
-) -> (Result<Identified, IdentificationError>, f64) {
+) -> (Result<MotorEstimate, IdentificationError>, f64) {
     let mut identification = Identification::new(&bench.configuration, current_a).unwrap();
     let (mut duties, mut max_a) = (None, 0.0_f64);
     for period in 0..400_000 {

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use cycles::bound::{Bound, Call, Input, Question, Snapshot};
+use cycles::bound::{Bound, BoundRequest, Call, Input, Snapshot};
 use cycles::image::Image;
 use cycles::machine::{Machine, Run};
 use cycles::timing::{Column, Flash, Profile, Timing};
@@ -86,8 +86,8 @@ impl Emulated {
 
     fn step(&mut self, sample: &Sample, torque_nm: Option<f32>) -> (Option<Duties>, Run) {
         let (angle, has_angle) = match sample.rotor {
-            Rotor::At(angle) => (angle.0, 1),
-            Rotor::Awaited | Rotor::Lost | Rotor::BadMagnet => (0, 0),
+            Rotor::Angle(angle) => (angle.0, 1),
+            Rotor::NotSampled | Rotor::Lost | Rotor::BadMagnet => (0, 0),
         };
         let [u, v, w] = sample.phase_a.map(f32::to_bits);
         let [bus, temperature, torque] =
@@ -107,7 +107,7 @@ impl Emulated {
         let image = self.machine.image();
         let mut call = Call::new(self.step, [DRIVE, GIVEN, DUTIES, 0]);
         call.inputs = vec![Input::words(GIVEN..GIVEN + 4 * GIVEN_WORDS)];
-        let question = Question {
+        let question = BoundRequest {
             image,
             timing,
             memory: &Snapshot::from(&self.machine),
@@ -115,7 +115,7 @@ impl Emulated {
             calls: &[call],
             marked: &BTreeSet::new(),
         };
-        Bound::of_every(&question).unwrap().remove(0)
+        Bound::for_repeated_execution(&question).unwrap().remove(0)
     }
 }
 

@@ -102,7 +102,7 @@ fn two_bad_readings_of_the_encoder_are_bridged_and_the_third_turns_the_bridge_of
     let cases: [(DriveFault, Wrong); 3] = [
         (DriveFault::EncoderLost, |_| Rotor::Lost),
         (DriveFault::EncoderMagnet, |_| Rotor::BadMagnet),
-        (DriveFault::EncoderJumped, |angle| Rotor::At(angle.plus_rad(-PI / 2.0))),
+        (DriveFault::EncoderJumped, |angle| Rotor::Angle(angle.add_rad(-PI / 2.0))),
     ];
     for (fault, wrong) in cases {
         let (mut bench, _) = turning(|_| {});
@@ -114,7 +114,7 @@ fn two_bad_readings_of_the_encoder_are_bridged_and_the_third_turns_the_bridge_of
         // One invalid reading in three is tolerated permanently.
         let (mut bench, _) = turning(|_| {});
         for reading in 0..300 {
-            step_with_encoder(&mut bench, if reading % 3 == 2 { wrong } else { Rotor::At });
+            step_with_encoder(&mut bench, if reading % 3 == 2 { wrong } else { Rotor::Angle });
             assert_eq!(bench.drive.fault(), None, "{fault:?}, reading {reading}");
         }
     }
@@ -125,7 +125,7 @@ type Wrong = fn(Angle) -> Rotor;
 
 fn step_with_encoder(bench: &mut Bench, says: Wrong) -> f64 {
     let sample = bench.sample();
-    let Rotor::At(angle) = sample.rotor else { panic!("{sample:?}") };
+    let Rotor::Angle(angle) = sample.rotor else { panic!("{sample:?}") };
     bench.step_with(&Sample { rotor: says(angle), ..sample }, Some(0.3))
 }
 
@@ -296,9 +296,9 @@ fn a_drive_that_starts_with_a_wrong_reading_or_at_speed_is_off_until_it_knows_th
         let mut bench = Bench::new(&motor, configuration(&motor));
         bench.motor.set_rotor(0.3, speed);
         let right = bench.sample();
-        let Rotor::At(angle) = right.rotor else { panic!("{right:?}") };
+        let Rotor::Angle(angle) = right.rotor else { panic!("{right:?}") };
         // Wrong by half an electrical turn.
-        let rotor = Rotor::At(angle.plus_rad(PI / 10.0));
+        let rotor = Rotor::Angle(angle.add_rad(PI / 10.0));
         bench.step_with(&Sample { rotor, ..right }, Some(0.6));
         let torques: Vec<f64> = (0..400).map(|_| bench.step(Some(0.6))).collect();
         assert!(torques.iter().all(|torque_nm| *torque_nm > -0.05 && *torque_nm < 0.7), "{torques:?}");
@@ -341,7 +341,7 @@ fn a_rotor_that_is_driven_faster_than_can_be_held_against_turns_the_bridge_off_b
 fn an_encoder_that_is_lost_two_times_in_three_is_given_up() {
     let (mut bench, _) = turning(|_| {});
     let off = (0..100).find(|reading| {
-        step_with_encoder(&mut bench, if reading % 3 == 0 { Rotor::At } else { |_| Rotor::Lost });
+        step_with_encoder(&mut bench, if reading % 3 == 0 { Rotor::Angle } else { |_| Rotor::Lost });
         bench.drive.fault().is_some()
     });
     assert!(off.is_some_and(|off| off < 20), "{off:?}");
@@ -398,8 +398,8 @@ fn whatever_converters_show_and_whoever_commands_duties_stay_within_their_range(
             let rotor = match kind {
                 0 => Rotor::Lost,
                 1 => Rotor::BadMagnet,
-                2 => Rotor::At(Angle(jump)),
-                _ => Rotor::At(angle),
+                2 => Rotor::Angle(Angle(jump)),
+                _ => Rotor::Angle(angle),
             };
             let sample = Sample { phase_a: [u, v, -u - v], bus_v, temperature_c, rotor };
             if let Some(duties) = drive.step(&sample, torque_nm) {

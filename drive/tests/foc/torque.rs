@@ -153,6 +153,6 @@ fn the_drive_knows_its_torque_and_speed() {
         ((bench.motor.state().angle_rad + 0.4 + 1e-9).rem_euclid(core::f64::consts::TAU)
             - core::f64::consts::PI) as f32,
     );
-    let ahead = drive::Angle(exact.0.wrapping_add(1 << 31)).minus(measured.angle).rad();
+    let ahead = drive::Angle(exact.0.wrapping_add(1 << 31)).wrapping_sub(measured.angle).to_rad();
     assert!((ahead - lost_rad).abs() < 1e-3, "{ahead}, {lost_rad} in a period");
 }

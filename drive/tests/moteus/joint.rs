@@ -42,7 +42,7 @@ impl Bench {
     fn moving() -> Self {
         let mut bench = Self::new();
         bench.tick(None);
-        assert_eq!(bench.ticks(5, Some(1.0)).trouble, None);
+        assert_eq!(bench.ticks(5, Some(1.0)).fault, None);
         bench
     }
 }
@@ -61,7 +61,7 @@ fn nothing_is_read_before_the_first_reply_and_then_what_it_says() {
     assert_eq!(bench.sent, MoteusFrame::query());
     let reading = bench.tick(Some(1.0));
     assert!(is_near(reading.position_rad, 1.25) && is_near(reading.velocity_rad_per_s, -2.5));
-    assert_eq!((reading.trouble, reading.fault().to_bits()), (None, 0));
+    assert_eq!((reading.fault, reading.fault().to_bits()), (None, 0));
     assert_eq!(bench.sent, MoteusFrame::torque(1.0, TIMEOUT_S));
     assert!((bench.drive.torque_nm() - 1.0).abs() < 1e-9, "in the tick of its first command");
     bench.ticks(2, Some(0.5));
@@ -76,10 +76,10 @@ fn replies_that_do_not_come_are_bridged_then_told_of_then_nothing() {
     bench.are_wires_whole = false;
     // The reply to the previous frame is still read.
     for tick in 0..MISSING_TICKS {
-        assert_eq!(bench.tick(Some(1.0)).trouble, None, "{tick}");
+        assert_eq!(bench.tick(Some(1.0)).fault, None, "{tick}");
     }
     let told = bench.tick(Some(1.0));
-    assert_eq!((told.trouble, told.fault().to_bits()), (Some(MoteusJointFault::Silent), 512.0_f32.to_bits()));
+    assert_eq!((told.fault, told.fault().to_bits()), (Some(MoteusJointFault::Silent), 512.0_f32.to_bits()));
     assert!(told.position_rad.is_finite());
     for _ in 0..1000 {
         assert!(shows_nothing(&bench.tick(Some(1.0))));
@@ -87,7 +87,7 @@ fn replies_that_do_not_come_are_bridged_then_told_of_then_nothing() {
     // The drive has timed out, is stopped and continues.
     bench.are_wires_whole = true;
     bench.ticks(2, None);
-    assert_eq!(bench.ticks(5, Some(2.0)).trouble, None);
+    assert_eq!(bench.ticks(5, Some(2.0)).fault, None);
     assert!((bench.drive.torque_nm() - 2.0).abs() < 1e-9);
 }
 
@@ -97,7 +97,7 @@ fn a_fault_under_command_is_told_of_once_and_kept_until_the_next_start() {
     bench.drive.raise_fault(33);
     bench.tick(Some(1.0));
     let told = bench.tick(Some(1.0));
-    assert_eq!(told.trouble, MoteusJointFault::from_number(33));
+    assert_eq!(told.fault, MoteusJointFault::from_number(33));
     assert!(told.position_rad.is_finite());
     // Continuing to command does not clear the fault.
     for _ in 0..100 {
@@ -107,12 +107,12 @@ fn a_fault_under_command_is_told_of_once_and_kept_until_the_next_start() {
     bench.tick(None);
     for _ in 0..100 {
         let reading = bench.tick(None);
-        assert_eq!((reading.trouble, reading.position_rad.is_finite()), (told.trouble, true));
+        assert_eq!((reading.fault, reading.position_rad.is_finite()), (told.fault, true));
         assert_eq!(bench.sent, MoteusFrame::query());
     }
     bench.tick(Some(1.0));
     assert_eq!(bench.sent, MoteusFrame::stop());
-    assert_eq!(bench.ticks(3, Some(1.0)).trouble, None);
+    assert_eq!(bench.ticks(3, Some(1.0)).fault, None);
     assert!((bench.drive.torque_nm() - 1.0).abs() < 1e-9);
 }
 
@@ -120,7 +120,7 @@ fn a_fault_under_command_is_told_of_once_and_kept_until_the_next_start() {
 fn a_fault_that_comes_back_is_cleared_no_second_time() {
     let mut bench = Bench::new();
     bench.drive.raise_fault(40);
-    assert_eq!(bench.ticks(3, None).trouble, MoteusJointFault::from_number(40));
+    assert_eq!(bench.ticks(3, None).fault, MoteusJointFault::from_number(40));
     let (mut stops, mut told) = (0, 0);
     for _ in 0..200 {
         told += u32::from(bench.tick(Some(1.0)).position_rad.is_finite());
@@ -138,7 +138,7 @@ fn a_drive_that_somebody_else_stops_is_not_started_again() {
     let mut bench = Bench::moving();
     let _ = bench.drive.receive(0x0001, MoteusFrame::stop().bytes());
     bench.tick(Some(1.0));
-    let told = bench.tick(Some(1.0)).trouble.unwrap();
+    let told = bench.tick(Some(1.0)).fault.unwrap();
     assert_eq!((told, told.number()), (MoteusJointFault::UnexpectedMode(MoteusMode::Stopped), 256));
     for _ in 0..10 {
         assert!(shows_nothing(&bench.tick(Some(1.0))));
@@ -158,8 +158,8 @@ fn a_drive_that_never_gets_ready_is_told_of() {
         joint.frame(Some(1.0));
         assert_eq!(joint.receive(0x100, preparing), Ok(true));
     }
-    let first = shown.iter().position(|reading| reading.trouble.is_some()).unwrap();
-    assert_eq!(shown[first].trouble, Some(MoteusJointFault::UnexpectedMode(MoteusMode::Preparing)));
+    let first = shown.iter().position(|reading| reading.fault.is_some()).unwrap();
+    assert_eq!(shown[first].fault, Some(MoteusJointFault::UnexpectedMode(MoteusMode::Preparing)));
     assert!((40..60).contains(&first) && shown[first + 1..].iter().all(shows_nothing), "{first}");
 }
 
@@ -216,7 +216,7 @@ proptest! {
         bench.are_wires_whole = true;
         bench.ticks(3, None);
         let reading = bench.ticks(5, Some(1.0));
-        prop_assert_eq!(reading.trouble, None);
+        prop_assert_eq!(reading.fault, None);
         prop_assert!((bench.drive.torque_nm() - 1.0).abs() < 1e-9);
     }
 }

@@ -6,11 +6,11 @@ use cycles::AccessError;
 use cycles::image::Image;
 use cycles::instruction::Width;
 use cycles::machine::MachineError;
-use cycles::processor::{At, Bus as _, Processor, Reset};
+use cycles::processor::{AccessPoint, Bus as _, Processor, Reset};
 use cycles::timing::{Column, Flash, Profile, Timing};
 
 use crate::stm32g4::{GateDriver, Violation};
-use crate::{Part, Stm32g4};
+use crate::{ChipModel, Stm32g4};
 
 /// A board: its chip and the parts around the chip.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Board {
     /// shield.
     pub firmware: &'static str,
     /// Its chip.
-    pub part: Part,
+    pub part: ChipModel,
     /// Frequency of its crystal.
     pub crystal_hz: f64,
     /// The UART of its command line.
@@ -64,7 +64,7 @@ pub const BOARDS: &[Board] = &[
     Board {
         name: "nucleo-g474re",
         firmware: "nucleo-g474re",
-        part: Part::G474re,
+        part: ChipModel::G474re,
         crystal_hz: 24e6,
         command_uart: "LPUART1",
         transceiver: EXTERNAL,
@@ -74,7 +74,7 @@ pub const BOARDS: &[Board] = &[
     Board {
         name: "nucleo-g474re-ihm08m1",
         firmware: "nucleo-g474re",
-        part: Part::G474re,
+        part: ChipModel::G474re,
         crystal_hz: 24e6,
         command_uart: "LPUART1",
         transceiver: EXTERNAL,
@@ -84,7 +84,7 @@ pub const BOARDS: &[Board] = &[
     Board {
         name: "b-g431b-esc1",
         firmware: "b-g431b-esc1",
-        part: Part::G431cb,
+        part: ChipModel::G431cb,
         crystal_hz: 8e6,
         command_uart: "USART2",
         transceiver: TCAN330,
@@ -112,13 +112,13 @@ const SHIELD_AT_REST: &[(char, u32, f64)] =
 impl Board {
     /// Returns the board with this name.
     #[must_use]
-    pub fn named(name: &str) -> Option<&'static Self> {
+    pub fn find(name: &str) -> Option<&'static Self> {
         BOARDS.iter().find(|board| board.name == name)
     }
 }
 
 /// Known violations by drivers of `embassy-stm32` 0.6: they write ones to reserved bits of these registers.
-pub const KNOWN: [&str; 4] = [
+pub const KNOWN_VIOLATIONS: [&str; 4] = [
     "FDCAN1_TXBTIE is set to 0xffffffff",
     "LPUART1_ICR is set to",
     "USART2_ICR is set to",
@@ -204,9 +204,9 @@ impl Bench {
     /// # Errors
     /// [`AccessError`] if the address is neither memory nor a register.
     pub fn write_word(&mut self, address: u32, word: u32) -> Result<(), AccessError> {
-        let at = At { cycle: self.processor.cycles(), code: 0 };
+        let at = AccessPoint { cycle: self.processor.cycles(), code: 0 };
         self.processor.bus.store(address, Width::Word, word, at)?;
-        self.processor.look_again();
+        self.processor.update_after_external_change();
         Ok(())
     }
 
@@ -215,7 +215,7 @@ impl Bench {
     /// # Errors
     /// [`AccessError`] if the address is neither memory nor a register.
     pub fn read_word(&mut self, address: u32) -> Result<u32, AccessError> {
-        let at = At { cycle: self.processor.cycles(), code: 0 };
+        let at = AccessPoint { cycle: self.processor.cycles(), code: 0 };
         self.processor.bus.load(address, Width::Word, at)
     }
 
@@ -226,7 +226,7 @@ impl Bench {
     }
 
     /// Takes the bytes that the board has sent on its command line since the last call.
-    pub fn received(&mut self) -> Vec<u8> {
+    pub fn take_received(&mut self) -> Vec<u8> {
         let sent = self.processor.bus.take_sent(self.board.command_uart);
         sent.into_iter().map(|(_, byte)| byte).collect()
     }
@@ -239,12 +239,16 @@ impl Bench {
     }
 
     /// Violations by the program, one line each with the place in the code, then violations of the data
-    /// sheets of the board's other parts. [`KNOWN`] violations are excluded.
+    /// sheets of the board's other parts. [`KNOWN_VIOLATIONS`] violations are excluded.
     #[must_use]
     pub fn violations(&self) -> Vec<String> {
         let image = self.processor.image();
-        let is_known = |violation: &&Violation| KNOWN.iter().any(|known| violation.what.contains(known));
-        let line = |violation: &Violation| format!("{}: {}", image.place(violation.at.code), violation.what);
+        let is_known = |violation: &&Violation| {
+            KNOWN_VIOLATIONS.iter().any(|known| violation.description.contains(known))
+        };
+        let line = |violation: &Violation| {
+            format!("{}: {}", image.location(violation.at.code), violation.description)
+        };
         let by_chip =
             self.processor.bus.violations().iter().filter(|violation| !is_known(violation)).map(line);
         by_chip.chain(self.faults.iter().cloned()).collect()

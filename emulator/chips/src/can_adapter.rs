@@ -48,7 +48,7 @@ impl CanAdapter {
     pub fn bench(board: &'static Board) -> Result<Bench, MachineError> {
         // Stack, reset vector, and a branch to itself.
         let bytes = vec![0, 0x10, 0, 0x20, 9, 0, 0, 8, 0xFE, 0xE7, 0, 0];
-        let segment = Segment { address: 0x0800_0000, flashed_at: 0x0800_0000, bytes, is_writable: false };
+        let segment = Segment { address: 0x0800_0000, load_address: 0x0800_0000, bytes, is_writable: false };
         Bench::new(board, Arc::new(Image { segments: vec![segment], ..Image::default() }))
     }
 

@@ -30,30 +30,30 @@ const BITS_FROM_ACKNOWLEDGE: f64 = 9.0;
 /// Bits until a mismatch of data bit rates is detected.
 const DATA_BITS_TO_ERROR: f64 = 10.0;
 
-/// Fate of a frame.
+/// Result of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fate {
+pub enum FrameResult {
     /// Acknowledged.
-    Passed,
+    Acknowledged,
     /// Not acknowledged by any node.
     NotAcknowledged,
     /// Aborted by an error flag.
-    BrokenOff,
+    Aborted,
 }
 
 /// A frame that was on the bus.
 #[derive(Debug, Clone)]
-pub struct Passed {
+pub struct BusFrame {
     /// Start time, `s`.
-    pub begins_s: f64,
+    pub start_s: f64,
     /// Time of the end or the abort, `s`.
-    pub ends_s: f64,
+    pub end_s: f64,
     /// Index of the sending board.
     pub sender: usize,
     /// The frame.
     pub message: Message,
     /// Its fate.
-    pub fate: Fate,
+    pub result: FrameResult,
 }
 
 /// A board and its connection to the bus.
@@ -71,7 +71,7 @@ pub struct CanBus {
     nodes: Vec<Node>,
     /// Whether its two wires are shorted: no node reads a dominant bit.
     is_shorted: bool,
-    passed: Vec<Passed>,
+    passed: Vec<BusFrame>,
 }
 
 /// A frame on the bus.
@@ -109,19 +109,19 @@ impl CanBus {
     }
 
     /// Connects a board to the bus, or disconnects its wires at the bus side of its transceiver.
-    pub fn plug(&mut self, number: usize, is_plugged: bool) {
+    pub fn set_connected(&mut self, number: usize, is_plugged: bool) {
         if let Some(node) = self.nodes.get_mut(number) {
             node.is_plugged = is_plugged;
         }
     }
 
     /// Shorts the two wires of the bus, or removes the short.
-    pub fn short(&mut self, is_shorted: bool) {
+    pub fn set_shorted(&mut self, is_shorted: bool) {
         self.is_shorted = is_shorted;
     }
 
     /// Takes the frames since the last call.
-    pub fn take_passed(&mut self) -> Vec<Passed> {
+    pub fn take_frames(&mut self) -> Vec<BusFrame> {
         std::mem::take(&mut self.passed)
     }
 
@@ -225,40 +225,39 @@ impl CanBus {
         let acknowledges = |node: &mut Node| node.fdcan().speaks();
         let is_acknowledged = hears.iter().any(|place| self.nodes.get_mut(*place).is_some_and(acknowledges));
         let end_s = meeting.ends_s();
-        let (fate, ends_s, free_s) = match first {
+        let (result, end_s, free_s) = match first {
             Some(first) => {
                 // The error flag of the detecting node, then the error flags of the other nodes.
                 let flags = if hears.is_empty() && found.len() == 1 { 1.0 } else { 2.0 };
                 let bits = flags * FLAG_BITS + DELIMITER_BITS + SPACE_BITS;
-                (Fate::BrokenOff, first.at_s, first.at_s + bits * bit_s)
+                (FrameResult::Aborted, first.at_s, first.at_s + bits * bit_s)
             }
-            None if is_acknowledged => (Fate::Passed, end_s, end_s + SPACE_BITS * bit_s),
+            None if is_acknowledged => (FrameResult::Acknowledged, end_s, end_s + SPACE_BITS * bit_s),
             None => {
                 let at_s = end_s - (BITS_FROM_ACKNOWLEDGE - 1.0) * bit_s;
-                (Fate::NotAcknowledged, at_s, at_s + (FLAG_BITS + DELIMITER_BITS + SPACE_BITS) * bit_s)
+                (FrameResult::NotAcknowledged, at_s, at_s + (FLAG_BITS + DELIMITER_BITS + SPACE_BITS) * bit_s)
             }
         };
         let is_data_error = first.is_some_and(|first| first.is_data_error);
-        let sender_error = match fate {
-            Fate::Passed => None,
-            Fate::NotAcknowledged => Some(Error::Acknowledge),
-            Fate::BrokenOff => {
+        let sender_error = match result {
+            FrameResult::Acknowledged => None,
+            FrameResult::NotAcknowledged => Some(Error::Acknowledge),
+            FrameResult::Aborted => {
                 let own = found.iter().find(|found| found.node == meeting.sender);
                 Some(own.map_or(Error::Recessive, |found| found.error))
             }
         };
         let outcome = sender_error.map_or(Outcome::Sent, Outcome::NotSent);
-        self.tell(meeting.sender, meeting, [ends_s, free_s], outcome, is_data_error);
+        self.tell(meeting.sender, meeting, [end_s, free_s], outcome, is_data_error);
         for place in rivals {
-            self.tell(*place, meeting, [ends_s, free_s], outcome, is_data_error);
+            self.tell(*place, meeting, [end_s, free_s], outcome, is_data_error);
         }
         for place in hears {
-            let (outcome, at_s) = match fate {
-                Fate::Passed => (Outcome::Received, ends_s - bit_s),
-                Fate::NotAcknowledged | Fate::BrokenOff => (
-                    Outcome::NotReceived { error: Error::Stuff, is_first: false },
-                    ends_s + FLAG_BITS * bit_s,
-                ),
+            let (outcome, at_s) = match result {
+                FrameResult::Acknowledged => (Outcome::Received, end_s - bit_s),
+                FrameResult::NotAcknowledged | FrameResult::Aborted => {
+                    (Outcome::NotReceived { error: Error::Stuff, is_first: false }, end_s + FLAG_BITS * bit_s)
+                }
             };
             self.tell(place, meeting, [at_s, free_s], outcome, is_data_error);
         }
@@ -267,22 +266,22 @@ impl CanBus {
         {
             let is_first = first.is_some_and(|first| first.node == error.node);
             let outcome = Outcome::NotReceived { error: error.error, is_first };
-            self.tell(error.node, meeting, [ends_s, free_s], outcome, error.is_data_error);
+            self.tell(error.node, meeting, [end_s, free_s], outcome, error.is_data_error);
         }
         for place in ignores {
-            self.tell(place, meeting, [ends_s, free_s], Outcome::Ignored, false);
+            self.tell(place, meeting, [end_s, free_s], Outcome::Ignored, false);
         }
         for place in group {
             if let Some(node) = self.nodes.get_mut(*place) {
                 node.free_s = free_s;
             }
         }
-        self.passed.push(Passed {
-            begins_s: meeting.start_s,
-            ends_s,
+        self.passed.push(BusFrame {
+            start_s: meeting.start_s,
+            end_s,
             sender: meeting.sender,
             message: meeting.message.clone(),
-            fate,
+            result,
         });
     }
 
@@ -290,7 +289,7 @@ impl CanBus {
         &mut self,
         place: usize,
         meeting: &Meeting,
-        [ends_s, free_s]: [f64; 2],
+        [end_s, free_s]: [f64; 2],
         outcome: Outcome,
         is_data_error: bool,
     ) {
@@ -298,13 +297,13 @@ impl CanBus {
             let passage = Passage {
                 message: meeting.message.clone(),
                 begins: node.cycle(meeting.start_s),
-                ends: node.cycle(ends_s),
+                ends: node.cycle(end_s),
                 free: node.cycle(free_s),
                 outcome,
                 is_data_error,
             };
             node.fdcan().begin(passage);
-            node.bench.processor.look_again();
+            node.bench.processor.update_after_external_change();
         }
     }
 
@@ -390,7 +389,7 @@ impl Node {
 
     fn settle(&mut self) {
         if self.fdcan().settle() {
-            self.bench.processor.look_again();
+            self.bench.processor.update_after_external_change();
         }
     }
 

@@ -19,9 +19,9 @@ mod shared_board;
 pub mod stm32g4;
 mod verdict;
 
-pub use bench::{BOARDS, Bench, Board, KNOWN, Transceiver};
+pub use bench::{BOARDS, Bench, Board, KNOWN_VIOLATIONS, Transceiver};
 pub use can_adapter::CanAdapter;
-pub use can_bus::{CanBus, Fate, Passed};
+pub use can_bus::{BusFrame, CanBus, FrameResult};
 pub use shared_board::{CommandLine, OnBench, SharedBoard};
-pub use stm32g4::{Part, Stm32g4};
+pub use stm32g4::{ChipModel, Stm32g4};
 pub use verdict::Verdict;

@@ -73,7 +73,7 @@ impl<W: OnBench> Read for CommandLine<W> {
         if self.rest.is_empty() {
             let mut bench = self.board.bench();
             bench.run_for(READ_S).map_err(io::Error::other)?;
-            self.rest = bench.bench().received();
+            self.rest = bench.bench().take_received();
         }
         if self.rest.is_empty() {
             return Err(ErrorKind::WouldBlock.into());

@@ -14,8 +14,8 @@ mod journal;
 mod map;
 mod memory;
 mod opamp;
-mod outside;
 mod part;
+mod pins;
 mod pwr;
 mod rcc;
 mod registers;
@@ -29,14 +29,14 @@ use std::collections::BTreeMap;
 use cycles::AccessError;
 use cycles::image::Image;
 use cycles::instruction::Width;
-use cycles::processor::{At, Bus, Reset};
+use cycles::processor::{AccessPoint, Bus, Reset};
 
-pub use analog::Wire;
+pub use analog::VoltageSource;
 pub use clock::Clock;
 pub use flash::FlashFault;
 pub use i2c::{I2cDevice, I2cEvent};
 pub use journal::Journal;
-pub use part::Part;
+pub use part::ChipModel;
 pub use spi::{SpiDevice, SpiEvent};
 pub use timer::{GateDriver, Pulses};
 pub use violation::Violation;
@@ -66,7 +66,7 @@ const START_HZ: f64 = 16e6;
 /// A chip: its memory, its peripherals and the devices at its pins.
 #[derive(Debug, Clone)]
 pub struct Stm32g4 {
-    part: Part,
+    part: ChipModel,
     clock: Clock,
     memory: Memory,
     rcc: Rcc,
@@ -83,7 +83,7 @@ pub struct Stm32g4 {
     adc_common: Common,
     opamp: Opamp,
     /// Voltage sources at pins.
-    wires: BTreeMap<(char, u32), Wire>,
+    wires: BTreeMap<(char, u32), VoltageSource>,
     /// Gate driver between timer 1 and the bridge.
     gate_driver: GateDriver,
     fdcan: Fdcan,
@@ -98,7 +98,7 @@ impl Stm32g4 {
     /// Returns a chip after power-on, with an image in its flash. `crystal_hz` is `None` if the board's
     /// crystal does not oscillate.
     #[must_use]
-    pub fn new(part: Part, image: &Image, crystal_hz: Option<f64>) -> Self {
+    pub fn new(part: ChipModel, image: &Image, crystal_hz: Option<f64>) -> Self {
         Self {
             part,
             clock: Clock::new(START_HZ),
@@ -174,7 +174,7 @@ impl Stm32g4 {
     }
 
     /// Applies the clock frequency that RCC generates, and checks it.
-    fn see_clock(&mut self, at: At) {
+    fn see_clock(&mut self, at: AccessPoint) {
         let hz = self.rcc.bus_hz();
         #[expect(clippy::float_cmp, reason = "the same registers give the same number")]
         if hz != self.clock.hz() && hz > 0.0 {
@@ -222,11 +222,11 @@ impl Stm32g4 {
     }
 
     /// Updates SPI and I²C pins after a register write, and checks that the bridge is never short-circuited.
-    fn see_pins(&mut self, block: Block, at: At) {
+    fn see_pins(&mut self, block: Block, at: AccessPoint) {
         if !matches!(block, Block::Gpio(_) | Block::Timer(1) | Block::Spi(_) | Block::I2c(_)) {
             return;
         }
-        let connected = self.connected();
+        let connected = self.alternate_functions();
         if matches!(block, Block::Gpio(_) | Block::Spi(_)) {
             let hz = self.clock.hz();
             for (spi, name) in self.spis.iter_mut().zip(SPIS) {
@@ -254,7 +254,7 @@ impl Stm32g4 {
     }
 
     /// Checks that a write does not change a pending message.
-    fn see_message(&mut self, address: u32, at: At) {
+    fn see_message(&mut self, address: u32, at: AccessPoint) {
         let pending = address.checked_sub(MESSAGES).and_then(|offset| self.fdcan.pending_at(offset));
         if let Some(buffer) = pending {
             let access = &mut Access { at, violations: &mut self.violations };
@@ -345,7 +345,7 @@ fn part_of(word: u32, address: u32, width: Width) -> u32 {
 }
 
 impl Bus for Stm32g4 {
-    fn load(&mut self, address: u32, width: Width, at: At) -> Result<u32, AccessError> {
+    fn load(&mut self, address: u32, width: Width, at: AccessPoint) -> Result<u32, AccessError> {
         if let Some(value) = self.memory.load(address, width) {
             return Ok(value);
         }
@@ -355,7 +355,7 @@ impl Bus for Stm32g4 {
         Ok(part_of(word, address, width))
     }
 
-    fn store(&mut self, address: u32, width: Width, value: u32, at: At) -> Result<(), AccessError> {
+    fn store(&mut self, address: u32, width: Width, value: u32, at: AccessPoint) -> Result<(), AccessError> {
         if self.memory.store(address, width, value) {
             self.see_message(address, at);
             return Ok(());

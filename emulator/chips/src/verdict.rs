@@ -10,7 +10,7 @@ pub struct Verdict {
     /// Board, time, clock, instructions and the longest time with interrupts masked.
     pub run: String,
     /// One line per broken rule, fault or reset.
-    pub troubles: Vec<String>,
+    pub problems: Vec<String>,
 }
 
 impl Bench {
@@ -23,7 +23,7 @@ impl Bench {
 
 impl Verdict {
     fn of(bench: &mut Bench) -> Self {
-        let (masked, place) = bench.processor.take_longest_masked();
+        let (masked, place) = bench.processor.take_max_masked_cycles();
         let hz = bench.chip().clock().hz();
         #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
         let masked_us = masked as f64 / hz * 1e6;
@@ -35,25 +35,25 @@ impl Verdict {
             bench.processor.instructions(),
         );
         let rules = bench.violations().into_iter().map(|rule| format!("rule broken: {rule}"));
-        let mut troubles: Vec<String> = rules.collect();
+        let mut problems: Vec<String> = rules.collect();
         let faults = bench.processor.faults().iter();
-        troubles.extend(faults.map(|fault| format!("fault: {}: {}", fault.place, fault.why)));
-        troubles.extend(bench.chip().resets().iter().map(|reset| format!("reset: {reset:?}")));
-        Self { run, troubles }
+        problems.extend(faults.map(|fault| format!("fault: {}: {}", fault.place, fault.cause)));
+        problems.extend(bench.chip().resets().iter().map(|reset| format!("reset: {reset:?}")));
+        Self { run, problems }
     }
 
     /// Whether no rule was broken and no fault or reset occurred.
     #[must_use]
     pub fn is_well(&self) -> bool {
-        self.troubles.is_empty()
+        self.problems.is_empty()
     }
 }
 
 impl fmt::Display for Verdict {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { run, troubles } = self;
+        let Self { run, problems } = self;
         writeln!(formatter, "{run}")?;
-        troubles.iter().try_for_each(|trouble| writeln!(formatter, "{trouble}"))?;
+        problems.iter().try_for_each(|trouble| writeln!(formatter, "{trouble}"))?;
         formatter.write_str(if self.is_well() {
             "no rule broken, no fault, no reset"
         } else {

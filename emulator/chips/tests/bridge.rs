@@ -4,10 +4,10 @@
 #![expect(clippy::unwrap_used, reason = "allowed in test helpers as in tests")]
 
 use chips::stm32g4::GateDriver;
-use chips::{Part, Stm32g4};
+use chips::{ChipModel, Stm32g4};
 use cycles::image::Image;
 use cycles::instruction::Width;
-use cycles::processor::{At, Bus as _};
+use cycles::processor::{AccessPoint, Bus as _};
 
 const TIM1: u32 = 0x4001_2C00;
 const CR1: u32 = TIM1;
@@ -29,13 +29,13 @@ const CLOSED: &str = "half bridge 1 of TIM1: a switch is closed while the bridge
 
 /// Violations of a chip whose first half bridge is connected to PA8 and PA7.
 fn violations(is_low_side_inverted: bool, outputs: u32, idle: u32, switch: u32) -> Vec<String> {
-    let mut chip = Stm32g4::new(Part::G474re, &Image::default(), None);
+    let mut chip = Stm32g4::new(ChipModel::G474re, &Image::default(), None);
     chip.set_gate_driver(GateDriver { is_low_side_inverted });
     let mut cycle = 0;
     let mut write = |address, value| {
         cycle += 100;
         chip.advance(cycle);
-        chip.store(address, Width::Word, value, At { cycle, code: 0 }).unwrap();
+        chip.store(address, Width::Word, value, AccessPoint { cycle, code: 0 }).unwrap();
     };
     write(0x4002_104C, 1);
     write(0x4002_1060, 1 << 11);
@@ -49,7 +49,7 @@ fn violations(is_low_side_inverted: bool, outputs: u32, idle: u32, switch: u32) 
     write(CCER, outputs);
     write(CR1, 1 << 5 | 1);
     write(BDTR, OSSI | 0x83 | switch);
-    chip.violations().iter().map(|violation| violation.what.clone()).collect()
+    chip.violations().iter().map(|violation| violation.description.clone()).collect()
 }
 
 #[test]

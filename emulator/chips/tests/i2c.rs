@@ -7,10 +7,10 @@
 )]
 
 use chips::stm32g4::{I2cDevice, I2cEvent};
-use chips::{Part, Stm32g4};
+use chips::{ChipModel, Stm32g4};
 use cycles::image::Image;
 use cycles::instruction::Width;
-use cycles::processor::{At, Bus as _};
+use cycles::processor::{AccessPoint, Bus as _};
 
 const AHB1ENR: u32 = 0x4002_1048;
 const AHB2ENR: u32 = 0x4002_104C;
@@ -54,7 +54,7 @@ const COUNTER: I2cDevice = I2cDevice {
     min_high_s: 0.6e-6,
     min_setup_s: 0.4e-6,
     state: [0; 4],
-    behaviour: |[next, ..], event| match event {
+    on_event: |[next, ..], event| match event {
         I2cEvent::Started { .. } => 1,
         I2cEvent::Written { byte } => {
             *next = byte.into();
@@ -75,8 +75,8 @@ struct Lab {
 impl Lab {
     /// I²C 4 with its clock and pins, and the device.
     fn new() -> Self {
-        let mut lab = Self { chip: Stm32g4::new(Part::G474re, &Image::default(), None), cycle: 0 };
-        lab.chip.wire_i2c("I2C4", Some(COUNTER));
+        let mut lab = Self { chip: Stm32g4::new(ChipModel::G474re, &Image::default(), None), cycle: 0 };
+        lab.chip.connect_i2c("I2C4", Some(COUNTER));
         lab.write(AHB1ENR, 0x105);
         lab.write(AHB2ENR, 0b100);
         lab.write(APB1ENR2, 1 << 1);
@@ -106,12 +106,12 @@ impl Lab {
     }
 
     fn write(&mut self, address: u32, value: u32) {
-        let at = At { cycle: self.cycle, code: 0 };
+        let at = AccessPoint { cycle: self.cycle, code: 0 };
         self.chip.store(address, Width::Word, value, at).unwrap();
     }
 
     fn read(&mut self, address: u32) -> u32 {
-        self.chip.load(address, Width::Word, At { cycle: self.cycle, code: 0 }).unwrap()
+        self.chip.load(address, Width::Word, AccessPoint { cycle: self.cycle, code: 0 }).unwrap()
     }
 
     fn flags(&mut self) -> u32 {
@@ -123,7 +123,7 @@ impl Lab {
     }
 
     fn violations(&self) -> Vec<&str> {
-        self.chip.violations().iter().map(|violation| violation.what.as_str()).collect()
+        self.chip.violations().iter().map(|violation| violation.description.as_str()).collect()
     }
 }
 
@@ -207,7 +207,7 @@ fn a_missing_acknowledge_ends_a_transfer_and_a_low_line_blocks_it() {
     assert_eq!(lab.flags(), TXE | NACKF | STOPF);
     // Without a device, then also without pull-ups.
     lab.write(ICR, NACKF | STOPF);
-    lab.chip.wire_i2c("I2C4", None);
+    lab.chip.connect_i2c("I2C4", None);
     lab.start(0x36, 1, 0);
     lab.wait(100_000);
     assert_eq!(lab.flags(), TXE | NACKF | STOPF);

@@ -2,10 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "allowed in test helpers as in tests")]
 
-use chips::{Part, Stm32g4};
+use chips::{ChipModel, Stm32g4};
 use cycles::image::Image;
 use cycles::instruction::Width;
-use cycles::processor::{At, Bus as _, Reset};
+use cycles::processor::{AccessPoint, Bus as _, Reset};
 
 const RCC: u32 = 0x4002_1000;
 const PWR: u32 = 0x4000_7000;
@@ -25,7 +25,7 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        Self { chip: Stm32g4::new(Part::G474re, &Image::default(), Some(24e6)), cycle: 0 }
+        Self { chip: Stm32g4::new(ChipModel::G474re, &Image::default(), Some(24e6)), cycle: 0 }
     }
 
     fn wait(&mut self, cycles: u64) {
@@ -35,16 +35,16 @@ impl Bench {
 
     fn write(&mut self, address: u32, value: u32) {
         self.wait(1_000);
-        let at = At { cycle: self.cycle, code: 0 };
+        let at = AccessPoint { cycle: self.cycle, code: 0 };
         self.chip.store(address, Width::Word, value, at).unwrap();
     }
 
     fn read(&mut self, address: u32) -> u32 {
-        self.chip.load(address, Width::Word, At { cycle: self.cycle, code: 0 }).unwrap()
+        self.chip.load(address, Width::Word, AccessPoint { cycle: self.cycle, code: 0 }).unwrap()
     }
 
     fn violations(&self) -> Vec<&str> {
-        self.chip.violations().iter().map(|violation| violation.what.as_str()).collect()
+        self.chip.violations().iter().map(|violation| violation.description.as_str()).collect()
     }
 
     /// Enables the crystal and the PLL: everything that 168 MHz requires before the switch.
@@ -65,7 +65,7 @@ impl Bench {
     fn switch(&mut self, pause_cycles: u64) {
         self.write(RCC + 0x08, 0x83);
         self.cycle += pause_cycles;
-        let at = At { cycle: self.cycle, code: 0 };
+        let at = AccessPoint { cycle: self.cycle, code: 0 };
         self.chip.store(RCC + 0x08, Width::Word, 0x03, at).unwrap();
     }
 }

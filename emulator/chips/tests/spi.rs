@@ -3,10 +3,10 @@
 #![expect(clippy::unwrap_used, reason = "allowed in test helpers as in tests")]
 
 use chips::stm32g4::{SpiDevice, SpiEvent};
-use chips::{Part, Stm32g4};
+use chips::{ChipModel, Stm32g4};
 use cycles::image::Image;
 use cycles::instruction::Width;
-use cycles::processor::{At, Bus as _};
+use cycles::processor::{AccessPoint, Bus as _};
 
 const AHB2ENR: u32 = 0x4002_104C;
 const APB1ENR1: u32 = 0x4002_1058;
@@ -38,7 +38,7 @@ const ECHO: SpiDevice = SpiDevice {
     min_select_s: 1e-6,
     min_release_s: 1e-6,
     state: [0xABCD, 0, 0, 0],
-    behaviour: |state, event| match event {
+    on_event: |state, event| match event {
         SpiEvent::Frame { sent, .. } => std::mem::replace(&mut state[0], sent),
         SpiEvent::Selected => {
             state[1] += 1;
@@ -56,8 +56,8 @@ struct Lab {
 impl Lab {
     /// SPI 3 with its clock and pins, and a device that PD2 selects.
     fn new() -> Self {
-        let mut lab = Self { chip: Stm32g4::new(Part::G474re, &Image::default(), None), cycle: 0 };
-        lab.chip.wire_spi("SPI3", ('D', 2), Some(ECHO));
+        let mut lab = Self { chip: Stm32g4::new(ChipModel::G474re, &Image::default(), None), cycle: 0 };
+        lab.chip.connect_spi("SPI3", ('D', 2), Some(ECHO));
         lab.write(AHB2ENR, 0b1100);
         lab.write(APB1ENR1, 1 << 15 | 0x400);
         lab.write(GPIOC + 0x24, 0x6_6600);
@@ -83,7 +83,7 @@ impl Lab {
     }
 
     fn access(&mut self, address: u32, value: u32, width: Width) {
-        let at = At { cycle: self.cycle, code: 0 };
+        let at = AccessPoint { cycle: self.cycle, code: 0 };
         self.chip.store(address, width, value, at).unwrap();
     }
 
@@ -97,7 +97,7 @@ impl Lab {
     }
 
     fn read(&mut self, address: u32, width: Width) -> u32 {
-        self.chip.load(address, width, At { cycle: self.cycle, code: 0 }).unwrap()
+        self.chip.load(address, width, AccessPoint { cycle: self.cycle, code: 0 }).unwrap()
     }
 
     fn flags(&mut self) -> u32 {
@@ -110,7 +110,7 @@ impl Lab {
     }
 
     fn violations(&self) -> Vec<&str> {
-        self.chip.violations().iter().map(|violation| violation.what.as_str()).collect()
+        self.chip.violations().iter().map(|violation| violation.description.as_str()).collect()
     }
 }
 
@@ -143,7 +143,7 @@ fn an_undriven_line_has_the_level_of_its_pull_resistor() {
     lab.send(0x1234);
     lab.wait(FRAME_CYCLES);
     assert_eq!(lab.read(DR, Width::Half), 0xFFFF, "the device is not selected");
-    lab.chip.wire_spi("SPI3", ('D', 2), None);
+    lab.chip.connect_spi("SPI3", ('D', 2), None);
     lab.select(true);
     lab.write(GPIOC + 0x0C, 0);
     lab.send(0x1234);

@@ -32,7 +32,7 @@ impl Snapshot {
 
 impl From<&Machine> for Snapshot {
     fn from(machine: &Machine) -> Self {
-        Self::new(machine.writable())
+        Self::new(machine.writable_memory())
     }
 }
 
@@ -50,7 +50,7 @@ pub struct Input {
 impl Input {
     /// Completely unknown memory.
     #[must_use]
-    pub fn any(addresses: Range<u32>) -> Self {
+    pub fn unknown_bytes(addresses: Range<u32>) -> Self {
         Self { addresses, width: Width::Byte, values: 0..=0xFF }
     }
 
@@ -85,7 +85,7 @@ impl Call {
 
 /// The input of the analysis.
 #[derive(Debug, Clone)]
-pub struct Question<'a> {
+pub struct BoundRequest<'a> {
     /// The program.
     pub image: &'a Image,
     /// Timing model of its instructions.
@@ -121,7 +121,7 @@ pub struct Bound {
     /// Every possible call of a marked function, in order.
     pub calls: Vec<CallBound>,
     /// Cycles of the longest path in each function, without callees; by address.
-    pub shares: BTreeMap<u32, u64>,
+    pub self_cycles: BTreeMap<u32, u64>,
     /// Blocks of the longest path: address and cycles.
     pub path: Vec<(u32, u64)>,
     /// Addresses of all reachable instructions, as far as known.
@@ -137,7 +137,7 @@ impl Bound {
     ///
     /// # Errors
     /// [`BoundError`] if a path cannot be followed.
-    pub fn of_once(question: &Question<'_>) -> Result<Vec<Self>, BoundError> {
+    pub fn for_one_execution(question: &BoundRequest<'_>) -> Result<Vec<Self>, BoundError> {
         let mut domain = Abstract::default();
         let memory = question.start_memory();
         let round = settle::round(question, &mut domain, memory)?;
@@ -149,14 +149,14 @@ impl Bound {
     ///
     /// # Errors
     /// [`BoundError`] if a path cannot be followed or the memory does not converge.
-    pub fn of_every(question: &Question<'_>) -> Result<Vec<Self>, BoundError> {
+    pub fn for_repeated_execution(question: &BoundRequest<'_>) -> Result<Vec<Self>, BoundError> {
         settle::settle(question)
     }
 
     fn new(found: &Found) -> Self {
-        let mut shares = BTreeMap::new();
+        let mut self_cycles = BTreeMap::new();
         for (function, _, cycles) in &found.path {
-            *shares.entry(*function).or_default() += cycles;
+            *self_cycles.entry(*function).or_default() += cycles;
         }
         let call = |region: &crate::explore::Region| CallBound {
             function: region.function,
@@ -167,7 +167,7 @@ impl Bound {
             cycles: found.cycles,
             stack_bytes: found.stack_bytes,
             calls: found.regions.iter().map(call).collect(),
-            shares,
+            self_cycles,
             path: found.path.iter().map(|(_, block, cycles)| (*block, *cycles)).collect(),
             visited: found.visited.clone(),
             unknown: Vec::new(),
@@ -176,7 +176,7 @@ impl Bound {
     }
 }
 
-impl Question<'_> {
+impl BoundRequest<'_> {
     fn start<'a>(&'a self, call: &Call) -> Start<'a> {
         let Self { image, timing, stack_top, marked, .. } = *self;
         let arguments = call.arguments.clone().map(|range| Values::between(*range.start(), *range.end()));
@@ -187,7 +187,7 @@ impl Question<'_> {
         let segments = self.image.segments.iter().flat_map(|segment| {
             let bytes = Rc::new(segment.bytes.clone());
             let in_place = (!segment.is_writable).then_some(segment.address);
-            let flashed = (segment.flashed_at != segment.address).then_some(segment.flashed_at);
+            let flashed = (segment.load_address != segment.address).then_some(segment.load_address);
             in_place
                 .into_iter()
                 .chain(flashed)

@@ -42,7 +42,7 @@ impl Flags {
 
     /// Whether a condition holds.
     #[must_use]
-    pub fn hold(self, condition: Condition) -> bool {
+    pub fn satisfy(self, condition: Condition) -> bool {
         let Self { negative, zero, carry, overflow } = self;
         match condition {
             Condition::Equal => zero,
@@ -198,6 +198,6 @@ impl Domain for Concrete {
 
     #[inline]
     fn holds(&mut self, condition: Condition, flags: Flags) -> bool {
-        flags.hold(condition)
+        flags.satisfy(condition)
     }
 }

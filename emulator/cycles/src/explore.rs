@@ -214,7 +214,7 @@ impl Explorer<'_> {
     /// An error at the current instruction.
     fn error(&self, frames: &[Frame], reason: Reason) -> BoundError {
         let image = self.start.image;
-        let callers = frames.iter().rev().skip(1).map(|frame| image.place(frame.block)).collect();
-        BoundError { address: self.address, place: image.place(self.address), callers, reason }
+        let callers = frames.iter().rev().skip(1).map(|frame| image.location(frame.block)).collect();
+        BoundError { address: self.address, place: image.location(self.address), callers, reason }
     }
 }

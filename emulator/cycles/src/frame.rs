@@ -31,7 +31,7 @@ pub struct Frame {
     /// Calls, by the address of the instruction; conditional calls count.
     pub calls: BTreeMap<u32, Call>,
     /// Start addresses of its outlined pieces.
-    pub pieces: BTreeSet<u32>,
+    pub outlined_pieces: BTreeSet<u32>,
     /// Whether it can return to its caller.
     pub returns: bool,
     /// Whether it has a float instruction: from then on, an interrupt also saves the float registers.
@@ -80,13 +80,13 @@ pub enum FrameError {
     },
     /// The stack pointer is not its start value plus a known number of bytes.
     #[error("{place}: unknown stack pointer")]
-    LostStack {
+    UnknownStackPointer {
         /// Location.
         place: String,
     },
     /// Two paths merge with different stack depths.
     #[error("{place}: paths merge with different stack depths: {bytes} and {other_bytes} bytes")]
-    Depths {
+    DepthMismatch {
         /// Location of the merge.
         place: String,
         /// Depth of one path.
@@ -112,13 +112,13 @@ pub enum FrameError {
     },
     /// It continues at an address that is neither its caller nor a function.
     #[error("{place}: unknown jump target")]
-    LostReturn {
+    InvalidReturn {
         /// Location.
         place: String,
     },
     /// It jumps into the middle of another function.
     #[error("{place}: jump into the middle of {target}")]
-    JumpInto {
+    JumpIntoFunction {
         /// Location.
         place: String,
         /// Target of the jump.

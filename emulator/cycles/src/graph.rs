@@ -4,7 +4,7 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::rc::Rc;
 
-use crate::declared::{Callee, Declared, Name};
+use crate::declarations::{CallDeclarations, Callee, NamePattern};
 use crate::frame::{Frame, FrameError, Frames};
 use crate::image::{Function, Image};
 
@@ -14,7 +14,7 @@ pub(crate) struct Graph<'a> {
     /// The functions.
     pub frames: Frames<'a>,
     /// Declarations for calls through pointers.
-    pub declared: &'a Declared,
+    pub declared: &'a CallDeclarations,
 }
 
 /// Reason that calls cannot be followed.
@@ -65,7 +65,7 @@ pub(crate) struct Edge {
 impl<'a> Graph<'a> {
     /// Creates the call graph of an image.
     #[must_use]
-    pub(crate) fn new(image: &'a Image, declared: &'a Declared) -> Self {
+    pub(crate) fn new(image: &'a Image, declared: &'a CallDeclarations) -> Self {
         Self { frames: Frames::new(image), declared }
     }
 
@@ -77,8 +77,8 @@ impl<'a> Graph<'a> {
 
     /// Whether the function at an address has a matching name.
     #[must_use]
-    pub(crate) fn has_name(&self, address: u32, name: &Name) -> bool {
-        self.image().functions.get(&address).is_some_and(|function| name.is_of(function))
+    pub(crate) fn has_name(&self, address: u32, name: &NamePattern) -> bool {
+        self.image().functions.get(&address).is_some_and(|function| name.matches(function))
     }
 
     /// A function and its calls, when called from `root`: an interrupt handler or the program entry. A
@@ -92,7 +92,7 @@ impl<'a> Graph<'a> {
         for (&at, call) in &frame.calls {
             let callees = match call.callee {
                 Some(target) if !self.image().functions.contains_key(&target) => {
-                    return Err(GraphError::NoFunction { place: self.image().place(at), target });
+                    return Err(GraphError::NoFunction { place: self.image().location(at), target });
                 }
                 Some(callee) => vec![callee],
                 None => self.pointed(root, function, at)?,
@@ -129,12 +129,12 @@ impl<'a> Graph<'a> {
                 && declared.from.as_ref().is_none_or(|from| self.has_name(root, from))
         });
         let Some(declared) = declared else {
-            let [caller, root] = [caller, root].map(|address| image.place(address));
-            return Err(GraphError::Undeclared { place: image.place(at), caller, root });
+            let [caller, root] = [caller, root].map(|address| image.location(address));
+            return Err(GraphError::Undeclared { place: image.location(at), caller, root });
         };
         let mut callees = BTreeSet::new();
         for callee in &declared.callees {
-            let named = image.functions.values().filter(|function| callee.name.is_of(function));
+            let named = image.functions.values().filter(|function| callee.name.matches(function));
             let mut is_matched = false;
             for function in named {
                 if self.is_meant(callee, function)? {
@@ -143,7 +143,7 @@ impl<'a> Graph<'a> {
                 }
             }
             if !is_matched && !callee.is_optional {
-                let [callee, caller] = [&callee.name, &declared.name].map(Name::to_string);
+                let [callee, caller] = [&callee.name, &declared.name].map(NamePattern::to_string);
                 return Err(GraphError::Unmatched { callee, caller });
             }
         }

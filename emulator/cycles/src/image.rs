@@ -36,7 +36,7 @@ pub struct Segment {
     pub address: u32,
     /// Address in flash. It differs from `address` for initial values of variables and for code that is
     /// copied before it runs.
-    pub flashed_at: u32,
+    pub load_address: u32,
     /// Contents.
     pub bytes: Vec<u8>,
     /// Whether the program may write to it.
@@ -49,7 +49,7 @@ pub struct Image {
     /// Memory with contents, by address.
     pub segments: Vec<Segment>,
     /// Memory of variables without initial values in the file.
-    pub unfilled: Vec<Range<u32>>,
+    pub uninitialised: Vec<Range<u32>>,
     /// Every function, by address.
     pub functions: BTreeMap<u32, Function>,
     /// Every other symbol with its address: linker marks (`_stack_start`, `__sbss`) and variables, demangled.
@@ -80,7 +80,7 @@ impl Image {
 
     /// An address for display: `function+0x1c`, or the address itself outside of functions.
     #[must_use]
-    pub fn place(&self, address: u32) -> String {
+    pub fn location(&self, address: u32) -> String {
         let named = self.function_at(address).and_then(|function| Some((function, function.names.first()?)));
         match named {
             Some((function, name)) if function.address == address => name.clone(),

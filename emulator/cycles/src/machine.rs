@@ -19,7 +19,7 @@ use crate::execute::{Flow, execute};
 use crate::image::Image;
 use crate::instruction::{Instruction, LR, Operation, SP};
 use crate::state::{AccessError, Registers};
-use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Price, Timing};
+use crate::timing::{Access, Caches, KnownOperands, Outcome, Pipeline, Price, Timing};
 
 /// Return address of a called function: no memory is mapped there.
 const RETURN: u32 = 0xF000_0000;
@@ -105,12 +105,12 @@ impl Machine {
     }
 
     /// Makes [`call`](Self::call) report calls of these functions (addresses).
-    pub fn mark(&mut self, functions: impl IntoIterator<Item = u32>) {
+    pub fn record_calls_of(&mut self, functions: impl IntoIterator<Item = u32>) {
         self.calls.mark(functions);
     }
 
     /// Sets the maximum number of instructions of a call; the default is 10^9.
-    pub fn limit(&mut self, instructions: u64) {
+    pub fn set_max_instructions(&mut self, instructions: u64) {
         self.step_limit = instructions;
     }
 
@@ -121,7 +121,7 @@ impl Machine {
     }
 
     /// Writable memory: addresses and contents.
-    pub fn writable(&self) -> impl Iterator<Item = (u32, &[u8])> {
+    pub fn writable_memory(&self) -> impl Iterator<Item = (u32, &[u8])> {
         self.memory.writable()
     }
 
@@ -201,8 +201,8 @@ impl Machine {
             return Err(Stop::StepLimit { instructions: self.step_limit });
         }
         self.instructions += 1;
-        if !self.registers.flags.hold(instruction.condition) {
-            self.count(price, Outcome::Skipped, Known::default());
+        if !self.registers.flags.satisfy(instruction.condition) {
+            self.count(price, Outcome::Skipped, KnownOperands::default());
             self.address = instruction.next();
             return Ok(());
         }
@@ -220,8 +220,8 @@ impl Machine {
             Flow::Trap => return Err(Stop::Trap { operation: instruction.operation }),
         };
         let outcome = if target.is_some() { Outcome::Taken } else { Outcome::Done };
-        let access = self.memory.first_access.map(Access::at);
-        self.count(price, outcome, Known { division, access });
+        let access = self.memory.first_access.map(Access::at_address);
+        self.count(price, outcome, KnownOperands { division, access });
         self.stack.at(self.registers.read(SP))?;
         self.address = target.unwrap_or_else(|| instruction.next());
         if target.is_some() {
@@ -232,7 +232,7 @@ impl Machine {
     }
 
     #[inline]
-    fn count(&mut self, price: &Price, outcome: Outcome, known: Known) {
+    fn count(&mut self, price: &Price, outcome: Outcome, known: KnownOperands) {
         let (pipeline, caches) = (&mut self.pipeline, &mut self.caches);
         let cycles = self.timing.cached_cycles_of(pipeline, caches, price, outcome, known);
         self.cycles += u64::from(cycles);
@@ -240,6 +240,6 @@ impl Machine {
 
     /// An error with the address and the function, for display.
     fn stopped(&self, stop: Stop) -> MachineError {
-        MachineError::Stopped { address: self.address, place: self.image.place(self.address), stop }
+        MachineError::Stopped { address: self.address, place: self.image.location(self.address), stop }
     }
 }

@@ -32,7 +32,7 @@ use crate::image::Image;
 use crate::instruction::{LR, Operation, SP, Width};
 use crate::machine::{MachineError, Stop};
 use crate::state::{AccessError, Registers};
-use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Price, Timing};
+use crate::timing::{Access, Caches, KnownOperands, Outcome, Pipeline, Price, Timing};
 
 /// Values from here on are not addresses but exception returns.
 const EXCEPTION_RETURN: u32 = 0xF000_0000;
@@ -42,7 +42,7 @@ const CONTROL: u8 = 20;
 
 /// Time and address of an access.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct At {
+pub struct AccessPoint {
     /// Cycles since the creation of the processor.
     pub cycle: u64,
     /// Address of the instruction.
@@ -55,13 +55,13 @@ pub trait Bus {
     ///
     /// # Errors
     /// [`AccessError`]: causes a fault.
-    fn load(&mut self, address: u32, width: Width, at: At) -> Result<u32, AccessError>;
+    fn load(&mut self, address: u32, width: Width, at: AccessPoint) -> Result<u32, AccessError>;
 
     /// Writes the lower bits.
     ///
     /// # Errors
     /// As [`load`](Self::load).
-    fn store(&mut self, address: u32, width: Width, value: u32, at: At) -> Result<(), AccessError>;
+    fn store(&mut self, address: u32, width: Width, value: u32, at: AccessPoint) -> Result<(), AccessError>;
 
     /// Wait cycles of a code access to `address` because its memory is busy.
     fn wait(&self, address: u32, now: u64) -> u64;
@@ -101,7 +101,7 @@ pub struct Fault {
     /// The function and the offset from its start.
     pub place: String,
     /// Cause.
-    pub why: Stop,
+    pub cause: Stop,
     /// Whether no handler could be called: the processor then requires a reset.
     pub locks_up: bool,
 }
@@ -226,15 +226,15 @@ impl<B: Bus> Processor<B> {
 
     /// The current location, for display.
     #[must_use]
-    pub fn place(&self) -> String {
-        self.image.place(self.address)
+    pub fn location(&self) -> String {
+        self.image.location(self.address)
     }
 
     /// The longest time that PRIMASK masked interrupts since the last call of this function, in cycles, and
     /// the location of its end.
-    pub fn take_longest_masked(&mut self) -> (u64, String) {
+    pub fn take_max_masked_cycles(&mut self) -> (u64, String) {
         let Masking { longest, ended_at, .. } = std::mem::take(&mut self.masking);
-        (longest, self.image.place(ended_at))
+        (longest, self.image.location(ended_at))
     }
 
     /// Runs until `cycle` has passed.
@@ -275,7 +275,7 @@ impl<B: Bus> Processor<B> {
     }
 
     /// Updates the processor after an external change of the chip.
-    pub fn look_again(&mut self) {
+    pub fn update_after_external_change(&mut self) {
         self.look_at_bus();
     }
 
@@ -315,8 +315,8 @@ impl<B: Bus> Processor<B> {
         self.address = entry & !1;
     }
 
-    fn at(&self) -> At {
-        At { cycle: self.cycles, code: self.address }
+    fn at(&self) -> AccessPoint {
+        AccessPoint { cycle: self.cycles, code: self.address }
     }
 
     fn vector(&mut self, exception: u8) -> u32 {
@@ -330,14 +330,14 @@ impl<B: Bus> Processor<B> {
         };
         self.cycles += self.bus.wait(self.address, self.cycles);
         self.instructions += 1;
-        if !self.registers.flags.hold(instruction.condition) {
-            self.count(price, Outcome::Skipped, Known::default());
+        if !self.registers.flags.satisfy(instruction.condition) {
+            self.count(price, Outcome::Skipped, KnownOperands::default());
             self.address = instruction.next();
             return Ok(());
         }
         match instruction.operation {
             Operation::Wait => {
-                self.count(price, Outcome::Done, Known::default());
+                self.count(price, Outcome::Done, KnownOperands::default());
                 self.address = instruction.next();
                 if !self.system.wakes(&self.registers) {
                     self.state = State::Sleeping;
@@ -351,7 +351,7 @@ impl<B: Bus> Processor<B> {
                     u32::from(self.system.uses_float) << 2
                 };
                 self.registers.write(d, value);
-                self.count(price, Outcome::Done, Known::default());
+                self.count(price, Outcome::Done, KnownOperands::default());
                 self.address = instruction.next();
                 return Ok(());
             }
@@ -368,7 +368,7 @@ impl<B: Bus> Processor<B> {
             &mut self.bus,
             &mut self.system,
             &mut self.protection,
-            At { cycle: self.cycles, code: self.address },
+            AccessPoint { cycle: self.cycles, code: self.address },
         );
         let flow = match execute(&mut Concrete, &mut self.registers, &mut view, instruction) {
             Ok(flow) => flow,
@@ -380,8 +380,8 @@ impl<B: Bus> Processor<B> {
             Flow::Next | Flow::Branch { taken: false, .. } => None,
             Flow::Jump(target) | Flow::Branch { target, taken: true } => Some(target),
             Flow::Indirect(target) if target >= EXCEPTION_RETURN && self.system.current() != 0 => {
-                let access = first_access.map(Access::at);
-                self.count(price, Outcome::Taken, Known { access, ..Known::default() });
+                let access = first_access.map(Access::at_address);
+                self.count(price, Outcome::Taken, KnownOperands { access, ..KnownOperands::default() });
                 return self.leave(target);
             }
             Flow::Indirect(target) if target & 1 == 1 => Some(target & !1),
@@ -389,7 +389,7 @@ impl<B: Bus> Processor<B> {
             Flow::Trap => return self.fault(Stop::Trap { operation: instruction.operation }),
         };
         let outcome = if target.is_some() { Outcome::Taken } else { Outcome::Done };
-        self.count(price, outcome, Known { division, access: first_access.map(Access::at) });
+        self.count(price, outcome, KnownOperands { division, access: first_access.map(Access::at_address) });
         self.address = target.unwrap_or_else(|| instruction.next());
         if touches_chip {
             if std::mem::take(&mut self.system.wants_reset) {
@@ -427,7 +427,7 @@ impl<B: Bus> Processor<B> {
         }
     }
 
-    fn count(&mut self, price: &Price, outcome: Outcome, known: Known) {
+    fn count(&mut self, price: &Price, outcome: Outcome, known: KnownOperands) {
         let (pipeline, caches) = (&mut self.pipeline, &mut self.caches);
         let cycles = self.timing.cached_cycles_of(pipeline, caches, price, outcome, known);
         self.cycles += u64::from(cycles);
@@ -440,12 +440,12 @@ impl<B: Bus> Processor<B> {
             self.state = State::LockedUp;
         }
         let place = self.place_of_fault();
-        self.faults.push(Fault { cycle: self.cycles, place, why, locks_up });
+        self.faults.push(Fault { cycle: self.cycles, place, cause: why, locks_up });
         Ok(())
     }
 
     fn stopped(&self, stop: Stop) -> MachineError {
-        MachineError::Stopped { address: self.address, place: self.place(), stop }
+        MachineError::Stopped { address: self.address, place: self.location(), stop }
     }
 
     /// Reads memory like a debugger; whether peripherals see side effects depends on the bus.

@@ -62,9 +62,9 @@ impl Sequence {
     ///
     /// # Errors
     /// [`SequenceError`]; never for the sequences in this file.
-    pub fn count(&self, timing: Timing) -> Result<Count, SequenceError> {
+    pub fn count(&self, timing: Timing) -> Result<SequenceCost, SequenceError> {
         let (with, without) = (run(timing, self.halfwords())?, run(timing, std::iter::empty())?);
-        Ok(Count {
+        Ok(SequenceCost {
             cycles: with.cycles.saturating_sub(without.cycles),
             instructions: with.instructions.saturating_sub(without.instructions),
         })
@@ -81,7 +81,7 @@ impl Sequence {
 
 /// Cost of a sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Count {
+pub struct SequenceCost {
     /// Cycles of the timing model.
     pub cycles: u64,
     /// Instructions, including skipped ones.
@@ -117,7 +117,7 @@ fn run(timing: Timing, halfwords: impl Iterator<Item = u16>) -> Result<Run, Sequ
         ("__euninit", STACK_END),
     ];
     let image = Image {
-        segments: vec![Segment { address: CODE, flashed_at: CODE, bytes, is_writable: false }],
+        segments: vec![Segment { address: CODE, load_address: CODE, bytes, is_writable: false }],
         symbols: marks.map(|(name, address)| (name.to_owned(), address)).into(),
         code,
         ..Image::default()

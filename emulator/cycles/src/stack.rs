@@ -14,7 +14,7 @@ use core::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use self::depths::Depths;
-use crate::declared::Declared;
+use crate::declarations::CallDeclarations;
 use crate::graph::{Graph, GraphError};
 use crate::image::Image;
 
@@ -96,12 +96,12 @@ pub enum StackError {
 /// [`StackError`]. A stack that is too small is not an error: see [`StackBound::available_bytes`].
 pub fn bound(
     image: &Image,
-    declared: &Declared,
+    declared: &CallDeclarations,
     priorities: &[(&str, i16)],
 ) -> Result<StackBound, StackError> {
     let graph = Graph::new(image, declared);
     for name in declared.last.iter().chain(&declared.early) {
-        if !image.functions.values().any(|function| name.is_of(function)) {
+        if !image.functions.values().any(|function| name.matches(function)) {
             return Err(StackError::Unmatched { name: name.to_string() });
         }
     }
@@ -213,7 +213,7 @@ impl Stack<'_, '_> {
         let bytes = depths.bytes()?;
         let level = Level {
             priority: priority.map(|Reverse(priority)| priority),
-            handler: self.graph.image().place(handler),
+            handler: self.graph.image().location(handler),
             saved_bytes,
             bytes,
             restarts_stack: self.graph.frames.of(handler).map_err(GraphError::from)?.restarts_stack,

@@ -15,7 +15,7 @@ mod rows;
 mod table;
 
 pub use flash::{Caches, Flash};
-pub use known::{Access, Known};
+pub use known::{Access, KnownOperands};
 pub use pipeline::Pipeline;
 pub(crate) use price::Price;
 pub use table::{Cost, Row};
@@ -76,7 +76,7 @@ impl Timing {
 
     /// The model with another figure in a row, such as one measured on a chip.
     #[must_use]
-    pub fn with(mut self, row: Row, cycles: u8) -> Self {
+    pub fn with_row(mut self, row: Row, cycles: u8) -> Self {
         if let Some(place) = self.cycles.get_mut(row as usize) {
             *place = cycles;
         }
@@ -99,7 +99,7 @@ impl Timing {
 
     /// Maximum wait cycles of this number of flash reads, for any cache state.
     #[must_use]
-    pub fn longest_waits(&self, reads: u32) -> u32 {
+    pub fn max_wait_cycles(&self, reads: u32) -> u32 {
         match &self.profile {
             Profile::ZeroWait => 0,
             Profile::Flash(flash) => reads.saturating_mul(flash.longest_read()),
@@ -113,14 +113,14 @@ impl Timing {
         pipeline: &mut Pipeline,
         instruction: &Instruction,
         outcome: Outcome,
-        known: Known,
+        known: KnownOperands,
     ) -> u32 {
         let (price, known) = (self.price(instruction), known.with_access_of(instruction));
         let core = self.core_cycles(pipeline, &price, outcome, known);
         match &self.profile {
             Profile::ZeroWait => core,
             Profile::Flash(flash) => {
-                core + flash.longest_waits(&mut pipeline.line, instruction, &price, outcome, known)
+                core + flash.max_wait_cycles(&mut pipeline.line, instruction, &price, outcome, known)
             }
         }
     }
@@ -132,7 +132,7 @@ impl Timing {
         caches: &mut Caches,
         instruction: &Instruction,
         outcome: Outcome,
-        known: Known,
+        known: KnownOperands,
     ) -> u32 {
         let known = known.with_access_of(instruction);
         self.cached_cycles_of(pipeline, caches, &self.price(instruction), outcome, known)
@@ -146,7 +146,7 @@ impl Timing {
         caches: &mut Caches,
         price: &Price,
         outcome: Outcome,
-        known: Known,
+        known: KnownOperands,
     ) -> u32 {
         let core = self.core_cycles(pipeline, price, outcome, known);
         match &self.profile {

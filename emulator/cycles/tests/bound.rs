@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use cycles::AccessError;
 use cycles::ExecuteError;
-use cycles::bound::{Bound, BoundError, Call, Input, Question, Reason, Snapshot};
+use cycles::bound::{Bound, BoundError, BoundRequest, Call, Input, Reason, Snapshot};
 use cycles::instruction::{Arithmetic, Condition, LR, Offset, Operation, PC, SP, Width};
 use program::{CODE, Program, RAM, at};
 
@@ -31,7 +31,7 @@ fn bound_of(
         inputs: inputs.to_vec(),
         ..Call::new(CODE, [0; 4])
     };
-    let question = Question {
+    let question = BoundRequest {
         image: &image,
         timing: &program::timing(),
         memory: &Snapshot::from(&program.machine()),
@@ -39,7 +39,7 @@ fn bound_of(
         calls: &[call],
         marked: &marked,
     };
-    Bound::of_once(&question).map(|mut bounds| bounds.remove(0))
+    Bound::for_one_execution(&question).map(|mut bounds| bounds.remove(0))
 }
 
 /// Maximum cycles and stack bytes over all arguments.
@@ -207,7 +207,7 @@ fn state_left_by_one_call_affects_the_bound_of_the_next() {
     let image = program.image();
     let mut machine = program.machine();
     let snapshot = Snapshot::from(&machine);
-    let question = Question {
+    let question = BoundRequest {
         image: &image,
         timing: &program::timing(),
         memory: &snapshot,
@@ -215,8 +215,8 @@ fn state_left_by_one_call_affects_the_bound_of_the_next() {
         calls: &[Call::new(CODE, [0; 4])],
         marked: &BTreeSet::new(),
     };
-    let once = Bound::of_once(&question).unwrap().remove(0);
-    let every = Bound::of_every(&question).unwrap().remove(0);
+    let once = Bound::for_one_execution(&question).unwrap().remove(0);
+    let every = Bound::for_repeated_execution(&question).unwrap().remove(0);
     let runs: Vec<u64> = (0..30).map(|_| machine.call(CODE, [0; 4]).unwrap().cycles).collect();
     assert_eq!(once.cycles, runs[0]);
     assert_eq!(Some(&every.cycles), runs.iter().max());

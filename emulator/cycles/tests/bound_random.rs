@@ -4,7 +4,7 @@ mod program;
 
 use std::collections::BTreeSet;
 
-use cycles::bound::{Bound, Call, Question, Snapshot};
+use cycles::bound::{Bound, BoundRequest, Call, Snapshot};
 use cycles::instruction::{Arithmetic, Condition, Offset, Operand, Operation, Register, Shift, Width};
 use program::{CODE, Program, RAM, arithmetic, number};
 use proptest::collection::vec;
@@ -197,7 +197,7 @@ proptest! {
         let mut machine = first.clone();
         let (image, timing, memory) = (program.image(), program::timing(), Snapshot::from(&machine));
         let arguments = [0..=MAX, 0..=MAX, 0..=0, 0..=0];
-        let question = Question {
+        let question = BoundRequest {
             image: &image,
             timing: &timing,
             memory: &memory,
@@ -205,8 +205,8 @@ proptest! {
             calls: &[Call { arguments, ..Call::new(CODE, [0; 4]) }],
             marked: &BTreeSet::new(),
         };
-        let once = Bound::of_once(&question).unwrap().remove(0);
-        let every = Bound::of_every(&question).unwrap().remove(0);
+        let once = Bound::for_one_execution(&question).unwrap().remove(0);
+        let every = Bound::for_repeated_execution(&question).unwrap().remove(0);
         for a in 0..=MAX {
             for b in 0..=MAX {
                 let run = first.clone().call(CODE, [a, b, 0, 0]).unwrap();

@@ -6,7 +6,7 @@ mod program;
 
 use std::collections::BTreeSet;
 
-use cycles::bound::{Bound, Call, Input, Question, Snapshot};
+use cycles::bound::{Bound, BoundRequest, Call, Input, Snapshot};
 use cycles::instruction::{Arithmetic, Condition, Offset, Operation, Register, Width};
 use cycles::machine::Machine;
 use program::{CODE, Program, RAM, arithmetic};
@@ -87,7 +87,7 @@ fn bound_and_max(tree: &Tree) -> (u64, u64) {
     let (image, timing, memory) = (program.image(), program::timing(), Snapshot::from(&machine));
     let input = RAM + 4 * WORDS;
     let any = Input { addresses: input..input + 4, width: Width::Word, values: 0..=VALUES - 1 };
-    let question = Question {
+    let question = BoundRequest {
         image: &image,
         timing: &timing,
         memory: &memory,
@@ -95,7 +95,7 @@ fn bound_and_max(tree: &Tree) -> (u64, u64) {
         calls: &[Call { inputs: vec![any], ..Call::new(CODE, [0; 4]) }],
         marked: &BTreeSet::new(),
     };
-    let bound = Bound::of_every(&question).unwrap().remove(0).cycles;
+    let bound = Bound::for_repeated_execution(&question).unwrap().remove(0).cycles;
     let (mut found, mut waiting) = (BTreeSet::from([State::default()]), vec![State::default()]);
     let mut most = 0;
     while let Some(state) = waiting.pop() {

@@ -5,10 +5,10 @@ mod code;
 
 use code::{Code, address, call, image, jump};
 use cycles::GraphError;
-use cycles::declared::{Declared, Name};
+use cycles::declarations::{CallDeclarations, NamePattern};
 use cycles::frame::{Call, Frame, FrameError, Frames};
 use cycles::image::Image;
-use cycles::reach::{self, ReachError};
+use cycles::reachability::{self, ReachError};
 use cycles::stack::{self, StackBound, StackError};
 
 const PUSH_R4_LR: u16 = 0xB510;
@@ -44,7 +44,7 @@ fn calling(from: usize, to: usize) -> Vec<u16> {
 
 fn bound(image: &Image, declared: &str) -> Result<StackBound, StackError> {
     let priorities = [("low", 6), ("high", 2), ("same", 2)];
-    stack::bound(image, &Declared::read(declared).unwrap_or_default(), &priorities)
+    stack::bound(image, &CallDeclarations::read(declared).unwrap_or_default(), &priorities)
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn an_unknown_stack_pointer_is_reported_with_its_location() {
     assert_eq!(error.to_string(), "f: unknown stack pointer");
     // CBZ R0 over the PUSH
     let error = one(&[0xB100, PUSH_R4_LR, 0xBF00, RETURN]).unwrap_err();
-    assert!(matches!(error, FrameError::Depths { .. }), "{error}");
+    assert!(matches!(error, FrameError::DepthMismatch { .. }), "{error}");
     let error = one(&[0xBF00, 0xBF00]).unwrap_err();
     assert!(matches!(error, FrameError::NoCode { .. }), "{error}");
 }
@@ -131,13 +131,13 @@ fn outlined_pieces_are_part_of_their_function() {
     let frame = followed(&[("f", ends), ("OUTLINED_FUNCTION_0", vec![POP_R4_PC])]).unwrap();
     assert!(frame.returns);
     assert_eq!(frame.bytes, 72);
-    assert!(frame.pieces.iter().eq(&[address(1)]), "{:?}", frame.pieces);
+    assert!(frame.outlined_pieces.iter().eq(&[address(1)]), "{:?}", frame.outlined_pieces);
     // The piece is called, and itself calls: B.W g.
     let calls = [&[PUSH_R7_LR][..], &call(0, 1, 1), &[POP_R7_PC]].concat();
     let piece = ("OUTLINED_FUNCTION_1", jump(1, 0, 2).to_vec());
     let frame = followed(&[("f", calls), piece, ("g", vec![RETURN])]).unwrap();
     assert_eq!(frame.calls[&address(1)], Call { depth_bytes: 8, callee: Some(address(2)) });
-    assert!(frame.pieces.iter().eq(&[address(1)]), "{:?}", frame.pieces);
+    assert!(frame.outlined_pieces.iter().eq(&[address(1)]), "{:?}", frame.outlined_pieces);
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn an_outlined_piece_behind_a_thunk_is_part_of_its_function() {
     let frame = followed(&[("f", calls), thunk, piece]).unwrap();
     assert!(frame.returns && frame.calls.is_empty(), "{:?}", frame.calls);
     assert_eq!((frame.bytes, frame.own_bytes), (72, 8));
-    assert!(frame.pieces.iter().eq(&[address(1), address(2)]), "{:?}", frame.pieces);
+    assert!(frame.outlined_pieces.iter().eq(&[address(1), address(2)]), "{:?}", frame.outlined_pieces);
 }
 
 #[test]
@@ -206,20 +206,20 @@ fn a_table_ends_at_its_padding_and_at_constants() {
     // The table of TBB [R1, R0] does not directly follow the branch: ADR R1 locates it, ADR R2 does not.
     let pointed = |adr| [adr, 0xE8D1, 0xF000, 0xBF00, 0x0302, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&pointed(0xA101), 6..10), Ok(64));
-    assert!(matches!(bytes(&pointed(0xA201), 6..10), Err(FrameError::LostReturn { .. })));
+    assert!(matches!(bytes(&pointed(0xA201), 6..10), Err(FrameError::InvalidReturn { .. })));
     // MOV R2, R3 in between changes nothing; MOV R1, R3 does, and MOV PC, R3 jumps elsewhere.
     let moved = |mov| [0xA101, mov, 0xE8D1, 0xF000, 0x0201, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&moved(0x461A), 8..10), Ok(64));
-    assert!(matches!(bytes(&moved(0x4619), 8..10), Err(FrameError::LostReturn { .. })));
+    assert!(matches!(bytes(&moved(0x4619), 8..10), Err(FrameError::InvalidReturn { .. })));
     assert!(bytes(&moved(0x469F), 8..10).is_err());
     // STR R3, [R2] changes nothing either; STR R3, [R1], #4 updates R1.
     assert_eq!(bytes(&moved(0x6013), 8..10), Ok(64));
     let moving = [0xA101, 0xF841, 0x3B04, 0xE8D1, 0xF000, 0x0201, RETURN, TAKE_64, GIVE_64, RETURN];
-    assert!(matches!(bytes(&moving, 10..12), Err(FrameError::LostReturn { .. })));
+    assert!(matches!(bytes(&moving, 10..12), Err(FrameError::InvalidReturn { .. })));
     // The table of TBB [R1, R0] can be anywhere; TBB [PC, R0] without a table has no target.
     let elsewhere = [0xE8D1, 0xF000, 0x0302, 0x0004, RETURN, RETURN, RETURN];
-    assert!(matches!(bytes(&elsewhere, 4..8), Err(FrameError::LostReturn { .. })));
-    assert!(matches!(bytes(&[0xE8DF, 0xF000, RETURN], 0..0), Err(FrameError::LostReturn { .. })));
+    assert!(matches!(bytes(&elsewhere, 4..8), Err(FrameError::InvalidReturn { .. })));
+    assert!(matches!(bytes(&[0xE8DF, 0xF000, RETURN], 0..0), Err(FrameError::InvalidReturn { .. })));
 }
 
 #[test]
@@ -230,7 +230,10 @@ fn a_call_target_without_a_function_symbol_is_rejected() {
     image.functions.get_mut(&address(0)).unwrap().bytes = address(2) - address(0);
     let error = GraphError::NoFunction { place: "start+0x2".into(), target: address(1) };
     assert_eq!(bound(&image, ""), Err(StackError::Graph(error.clone())));
-    assert_eq!(reach::only(&image, &Declared::default(), "start", &[]), Err(ReachError::Graph(error)));
+    assert_eq!(
+        reachability::check_reachable(&image, &CallDeclarations::default(), "start", &[]),
+        Err(ReachError::Graph(error))
+    );
 }
 
 #[test]
@@ -360,20 +363,29 @@ fn a_reached_panic_is_reported_with_its_path() {
     let functions = [("tick", root), ("core::f", calling(1, 2)), ("core::panicking::panic", vec![LOOP])];
     let image = image(&functions, &[]);
     let only = |allowed: &[&str]| {
-        let allowed: Vec<Name> = allowed.iter().map(|name| Name::new(name)).collect();
-        reach::only(&image, &Declared::default(), "tick", &allowed)
+        let allowed: Vec<NamePattern> = allowed.iter().map(|name| NamePattern::new(name)).collect();
+        reachability::check_reachable(&image, &CallDeclarations::default(), "tick", &allowed)
     };
     let path = ["tick+0x4", "core::f+0x2", "core::panicking::panic"].map(String::from).to_vec();
     assert_eq!(only(&["core::f"]), Err(ReachError::Forbidden { path }));
     let reached = only(&["core::*"]).unwrap();
     assert_eq!((reached.functions.len(), reached.square_roots), (3, 1));
-    assert!(matches!(reach::only(&image, &Declared::default(), "tock", &[]), Err(ReachError::NoRoot { .. })));
+    assert!(matches!(
+        reachability::check_reachable(&image, &CallDeclarations::default(), "tock", &[]),
+        Err(ReachError::NoRoot { .. })
+    ));
 }
 
 #[test]
 fn traps_and_undeclared_pointer_calls_are_reported_too() {
-    let only =
-        |code: Vec<u16>| reach::only(&image(&[("tick", code)], &[]), &Declared::default(), "tick", &[]);
+    let only = |code: Vec<u16>| {
+        reachability::check_reachable(
+            &image(&[("tick", code)], &[]),
+            &CallDeclarations::default(),
+            "tick",
+            &[],
+        )
+    };
     let error = only(vec![0xB100, RETURN, TRAP]).unwrap_err();
     assert_eq!(error, ReachError::Trap { path: ["tick", "tick+0x4"].map(String::from).to_vec() });
     let error = only(vec![PUSH_R7_LR, CALL_R0, POP_R7_PC]).unwrap_err();

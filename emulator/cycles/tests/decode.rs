@@ -11,7 +11,7 @@ fn bytes(halfwords: &[u16]) -> Vec<u8> {
 }
 
 fn alone(halfwords: &[u16]) -> Result<Instruction, Undecoded> {
-    decode(ADDRESS, &bytes(halfwords), ItState::OUTSIDE)
+    decode(ADDRESS, &bytes(halfwords), ItState::NOT_IN_BLOCK)
 }
 
 fn all(halfwords: &[u16]) -> Vec<Instruction> {
@@ -45,7 +45,7 @@ fn any_bytes_are_decoded_or_rejected() {
         for step in 0..if is_wide { 64u32 } else { 1 } {
             let [low, high, ..] = ((step * 0x0404) ^ (u32::from(first) << 3)).to_le_bytes();
             let code = bytes(&[first, u16::from_le_bytes([low, high])]);
-            match decode(ADDRESS, &code, ItState::OUTSIDE) {
+            match decode(ADDRESS, &code, ItState::NOT_IN_BLOCK) {
                 Ok(instruction) => {
                     assert_eq!(instruction.bytes == 4, is_wide);
                     assert!(!instruction.in_it_block);
@@ -53,7 +53,7 @@ fn any_bytes_are_decoded_or_rejected() {
                 }
                 Err(Undecoded::Narrow { .. }) => assert!(!is_wide),
                 Err(Undecoded::Wide { .. }) => assert!(is_wide),
-                Err(Undecoded::CutOff { .. }) => panic!("four bytes hold any instruction"),
+                Err(Undecoded::Truncated { .. }) => panic!("four bytes hold any instruction"),
             }
         }
         for block in blocks {
@@ -145,7 +145,13 @@ fn decoding_ends_at_an_unmodelled_instruction() {
     let decoded: Vec<_> = decode_all(ADDRESS, &code).collect();
     assert_eq!(decoded.len(), 2);
     assert_eq!(decoded[1], Err(Undecoded::Wide { address: ADDRESS + 2, code: 0xEE00_0000 }));
-    assert_eq!(decode_all(ADDRESS, &code[..3]).last(), Some(Err(Undecoded::CutOff { address: ADDRESS + 2 })));
-    assert_eq!(decode_all(ADDRESS, &code[..4]).last(), Some(Err(Undecoded::CutOff { address: ADDRESS + 2 })));
+    assert_eq!(
+        decode_all(ADDRESS, &code[..3]).last(),
+        Some(Err(Undecoded::Truncated { address: ADDRESS + 2 }))
+    );
+    assert_eq!(
+        decode_all(ADDRESS, &code[..4]).last(),
+        Some(Err(Undecoded::Truncated { address: ADDRESS + 2 }))
+    );
     assert_eq!(decode_all(ADDRESS, &[]).count(), 0);
 }

@@ -5,7 +5,7 @@
 #![expect(clippy::unwrap_used, reason = "test helpers, like tests")]
 
 use cycles::instruction::{Instruction, decode_all};
-use cycles::timing::{Column, Known, Outcome, Pipeline, Profile, Row, Timing};
+use cycles::timing::{Column, KnownOperands, Outcome, Pipeline, Profile, Row, Timing};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -19,7 +19,9 @@ const KINDS: [&[u16]; 5] = [&[0xBF00], &[0x6801], &[0xF101, 0x0C01], &[0xF8D0, 0
 /// Cycles of each instruction.
 fn model(timing: Timing, code: &[Instruction]) -> Vec<u32> {
     let mut pipeline = Pipeline::default();
-    code.iter().map(|one| timing.cycles(&mut pipeline, one, Outcome::Done, Known::default())).collect()
+    code.iter()
+        .map(|one| timing.cycles(&mut pipeline, one, Outcome::Done, KnownOperands::default()))
+        .collect()
 }
 
 /// Wait cycles of a chip for instructions with known own cycles, if a word arrives `latency` cycles after its
@@ -59,9 +61,9 @@ fn no_chip_with_a_buffer_of_three_words_stalls_more_often() {
         let code: Vec<Instruction> =
             decode_all(CODE + 2 * u32::try_from(draw(2)).unwrap(), &bytes).map(Result::unwrap).collect();
         let of = |column| model(Timing::new(Profile::ZeroWait, column), &code);
-        let own = model(Timing::new(Profile::ZeroWait, Column::Upper).with(Row::MisalignedRun, 0), &code);
+        let own = model(Timing::new(Profile::ZeroWait, Column::Upper).with_row(Row::MisalignedRun, 0), &code);
         let likely = Timing::new(Profile::ZeroWait, Column::Likely);
-        let own_likely = model(likely.with(Row::MisalignedRun, 0), &code);
+        let own_likely = model(likely.with_row(Row::MisalignedRun, 0), &code);
         let stalls = |all: &[u32], own: &[u32]| (all.iter().sum::<u32>() - own.iter().sum::<u32>()) as usize;
         for latency in 1..=MAX_LATENCY {
             // Excludes the cost of the jump there: the first word, and the second word of a misaligned

@@ -63,11 +63,11 @@ fn an_image_has_memory_functions_and_code() {
     assert_eq!(image.stack_sizes.into_iter().collect::<Vec<_>>(), [(0x0800_0000, 144), (0x0800_0008, 8)]);
 
     let [text, ccm, data] = &image.segments[..] else { panic!("three segments") };
-    assert_eq!((ccm.address, ccm.flashed_at, ccm.is_writable), (CCM, 0x0800_0010, false));
-    let unfilled = CCM + 8..CCM + 16;
-    assert_eq!(image.unfilled.as_slice(), std::slice::from_ref(&unfilled));
+    assert_eq!((ccm.address, ccm.load_address, ccm.is_writable), (CCM, 0x0800_0010, false));
+    let uninitialised = CCM + 8..CCM + 16;
+    assert_eq!(image.uninitialised.as_slice(), std::slice::from_ref(&uninitialised));
     assert_eq!((text.address, text.is_writable), (0x0800_0000, false));
-    assert_eq!((data.address, data.flashed_at, data.is_writable), (0x2000_0000, 0x0800_000C, true));
+    assert_eq!((data.address, data.load_address, data.is_writable), (0x2000_0000, 0x0800_000C, true));
 }
 
 /// Code and variables in a separate RAM.
@@ -92,9 +92,9 @@ fn code_runs_where_it_is_copied_to() {
 #[test]
 fn places_have_names_and_memory_has_bytes() {
     let image = Image::read(&sample().bytes()).unwrap();
-    assert_eq!(image.place(0x0800_0008), "assembly");
-    assert_eq!(image.place(0x0800_000A), "assembly+0x2");
-    assert_eq!(image.place(0x0900_0000), "0x09000000");
+    assert_eq!(image.location(0x0800_0008), "assembly");
+    assert_eq!(image.location(0x0800_000A), "assembly+0x2");
+    assert_eq!(image.location(0x0900_0000), "0x09000000");
     assert_eq!(image.bytes(0x2000_0001, 2), Some(&[2, 3][..]));
     assert_eq!(image.bytes(0x2000_0003, 2), None);
     assert_eq!(image.bytes(0x1FFF_FFFF, 1), None);
@@ -120,7 +120,7 @@ fn files_that_cannot_be_analysed_return_the_reason() {
     let functions = sample().symbols.into_iter().filter(|(name, ..)| !name.starts_with('$')).collect();
     assert!(matches!(error(Elf { symbols: functions, ..sample() }), ImageError::Unmapped));
     let stack_sizes = vec![0x01, 0, 0, 0x08, 0x90];
-    assert!(matches!(error(Elf { stack_sizes, ..sample() }), ImageError::CutOff { part: ".stack_sizes" }));
+    assert!(matches!(error(Elf { stack_sizes, ..sample() }), ImageError::Truncated { part: ".stack_sizes" }));
 }
 
 /// Any truncated file is rejected or parsed, never a panic.

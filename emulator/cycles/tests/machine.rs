@@ -78,10 +78,10 @@ fn image() -> Image {
             names: vec![(*name).to_owned()],
         };
         image.functions.insert(*address, function);
-        image.segments.push(Segment { address: *address, flashed_at: *address, bytes, is_writable: false });
+        image.segments.push(Segment { address: *address, load_address: *address, bytes, is_writable: false });
     }
     let bytes = vec![1, 2, 3, 4];
-    image.segments.push(Segment { address: DATA, flashed_at: DATA_IN_FLASH, bytes, is_writable: true });
+    image.segments.push(Segment { address: DATA, load_address: DATA_IN_FLASH, bytes, is_writable: true });
     for (name, address) in [
         ("_stack_end", 0x2000_0000),
         ("_stack_start", 0x2000_1000),
@@ -128,7 +128,7 @@ fn the_stack_is_measured_to_the_lowest_pointer_and_the_lowest_written_byte() {
 #[test]
 fn marked_calls_are_reported_in_order_with_tail_calls_and_without_loops() {
     let mut machine = machine();
-    machine.mark([OUTER, INNER]);
+    machine.record_calls_of([OUTER, INNER]);
     let run = machine.call(OUTER, [3, 0, 0, 0]).unwrap();
     let functions: Vec<u32> = run.calls.iter().map(|call| call.function).collect();
     assert_eq!(functions, [OUTER, INNER, INNER, INNER]);
@@ -193,9 +193,9 @@ fn unmapped_memory_or_code_stops_the_call_with_its_location() {
 #[test]
 fn an_endless_call_stops_at_the_limit() {
     let mut machine = machine();
-    machine.limit(1000);
+    machine.set_max_instructions(1000);
     assert_eq!(stop(&mut machine, FOREVER, 0).1, Stop::StepLimit { instructions: 1000 });
-    machine.limit(100_000);
+    machine.set_max_instructions(100_000);
     let (place, reason) = stop(&mut machine, ENDLESS, 0);
     assert_eq!(place, "endless");
     assert_eq!(reason, Stop::StackOverflow { pointer: 0x1FFF_FFF8, lowest: 0x2000_0000 });

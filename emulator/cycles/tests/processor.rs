@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cycles::AccessError;
 use cycles::image::{Function, Image, Segment};
 use cycles::instruction::{SP, Width, decode_all};
-use cycles::processor::{At, Bus, Processor, Reset, State};
+use cycles::processor::{AccessPoint, Bus, Processor, Reset, State};
 use cycles::timing::{Column, Profile, Timing};
 
 const FLASH: u32 = 0x0800_0000;
@@ -54,7 +54,7 @@ impl Chip {
 }
 
 impl Bus for Chip {
-    fn load(&mut self, address: u32, width: Width, _: At) -> Result<u32, AccessError> {
+    fn load(&mut self, address: u32, width: Width, _: AccessPoint) -> Result<u32, AccessError> {
         assert_eq!(width, Width::Word);
         let memory = if address < RAM { (&self.flash, FLASH) } else { (&self.ram, RAM) };
         let place = address.wrapping_sub(memory.1) as usize;
@@ -62,7 +62,7 @@ impl Bus for Chip {
         bytes.map(|bytes| u32::from_le_bytes(*bytes)).ok_or(AccessError::Unmapped { address })
     }
 
-    fn store(&mut self, address: u32, _: Width, value: u32, _: At) -> Result<(), AccessError> {
+    fn store(&mut self, address: u32, _: Width, value: u32, _: AccessPoint) -> Result<(), AccessError> {
         if address == CLEAR {
             self.lines &= !(1 << (value - 16));
             return Ok(());
@@ -120,7 +120,7 @@ fn processor(main: &[u16], handlers: [u32; 2]) -> Processor<Chip> {
     }
     image.segments.push(Segment {
         address: FLASH,
-        flashed_at: FLASH,
+        load_address: FLASH,
         bytes: flash.clone(),
         is_writable: false,
     });
@@ -299,6 +299,6 @@ fn a_protected_range_denies_all_access() {
     }
     processor.run_until(50).unwrap();
     assert_eq!(processor.bus.word(RAM + 0x120), 1);
-    let whys: Vec<String> = processor.faults().iter().map(|fault| fault.why.to_string()).collect();
+    let whys: Vec<String> = processor.faults().iter().map(|fault| fault.cause.to_string()).collect();
     assert_eq!(whys, ["access to protected memory at 0x2000011c"]);
 }

@@ -46,7 +46,7 @@ fn an_off_by_one_row_is_detected() {
         for row in Row::ALL {
             let right = row.cost().of(column);
             for wrong in [right.checked_add(1), right.checked_sub(1)].into_iter().flatten() {
-                let timing = Timing::new(Profile::ZeroWait, column).with(*row, wrong);
+                let timing = Timing::new(Profile::ZeroWait, column).with_row(*row, wrong);
                 assert!(
                     !differences(timing, column).is_empty(),
                     "{row:?} = {wrong} is not detected in {column:?}"

@@ -4,13 +4,13 @@ use cycles::instruction::{
     Address, AddressMode, Arithmetic, Condition, FloatArithmetic, FloatConvert, FloatUnary, Instruction,
     Offset, Operand, Operation, Width, decode_all,
 };
-use cycles::timing::{Access, Caches, Column, Flash, Known, Outcome, Pipeline, Profile, Row, Timing};
+use cycles::timing::{Access, Caches, Column, Flash, KnownOperands, Outcome, Pipeline, Profile, Row, Timing};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
 /// An instruction with its outcome.
-type Step = (Instruction, Outcome, Known);
+type Step = (Instruction, Outcome, KnownOperands);
 
 const FLASH: u32 = 0x0800_0000;
 const PREFETCHING: Flash = Flash { wait_states: 5, line_bytes: 16, prefetches: true, ..Flash::STM32G4 };
@@ -111,11 +111,11 @@ fn step() -> impl Strategy<Value = Step> {
     let outcome = select(vec![Outcome::Done, Outcome::Done, Outcome::Done, Outcome::Taken, Outcome::Skipped]);
     let access = prop_oneof![
         Just(None),
-        (0_u32..64).prop_map(|offset| Some(Access::at(FLASH + offset))),
-        (0_u32..64).prop_map(|offset| Some(Access::at(0x2000_0000 + offset))),
+        (0_u32..64).prop_map(|offset| Some(Access::at_address(FLASH + offset))),
+        (0_u32..64).prop_map(|offset| Some(Access::at_address(0x2000_0000 + offset))),
         (0_u32..64).prop_map(|offset| Some(Access {
-            lowest: FLASH,
-            highest: 0x2000_0000 + offset,
+            min_address: FLASH,
+            max_address: 0x2000_0000 + offset,
             alignment: 4
         })),
     ];
@@ -127,7 +127,7 @@ fn step() -> impl Strategy<Value = Step> {
             let address = FLASH + 2 * place;
             let instruction =
                 Instruction { address, bytes, condition: Condition::Always, in_it_block: false, operation };
-            (instruction, outcome, Known { division, access })
+            (instruction, outcome, KnownOperands { division, access })
         },
     )
 }
@@ -197,7 +197,7 @@ proptest! {
 
     #[test]
     fn less_knowledge_never_takes_fewer_cycles(timing in timings(), steps in steps()) {
-        let unknown: Vec<Step> = steps.iter().map(|(i, outcome, _)| (*i, *outcome, Known::default())).collect();
+        let unknown: Vec<Step> = steps.iter().map(|(i, outcome, _)| (*i, *outcome, KnownOperands::default())).collect();
         let of = |steps: &[Step]| run(&timing, &mut Pipeline::default(), steps);
         // The model itself derives accesses relative to SP or PC; wrong data for these accesses is excluded.
         let by_itself = |step: &&Step| matches!(step.0.operation,
@@ -240,7 +240,7 @@ proptest! {
 fn a_stall_is_not_hidden_behind_a_float_result() {
     let decode = |halfwords: &[u16]| -> Vec<Step> {
         let bytes: Vec<u8> = halfwords.iter().flat_map(|halfword| halfword.to_le_bytes()).collect();
-        let step = |instruction| (instruction, Outcome::Done, Known::default());
+        let step = |instruction| (instruction, Outcome::Done, KnownOperands::default());
         decode_all(FLASH + 2, &bytes).flatten().map(step).collect()
     };
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);

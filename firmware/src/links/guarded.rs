@@ -6,11 +6,11 @@
 use boards::{Board as _, LinkIn as _, LinkOut as _, MAX_PAYLOAD_BYTES, Selected};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::{Packet, PacketError};
-use dimsart_link::auth::{Guard, Key, Line, Profile};
+use dimsart_link::auth::{Key, KeyDomain, Profile, SecureChannel};
 use embassy_executor::SendSpawner;
 use embassy_futures::select::{Either3, select3};
 use embassy_futures::yield_now;
-use firmware::{Kept, KeptKey};
+use firmware::{StoredKey, StoredKeyState};
 
 use super::{LISTENING, LinkIn, LinkOut, Outgoing, Received, listened_to};
 use crate::handover::{QueueReceiver, QueueSender};
@@ -24,7 +24,7 @@ pub(crate) fn start(
     background: SendSpawner,
     (link_in, link_out): (LinkIn, LinkOut),
     (packets_in, packets_out): (QueueSender<Received>, QueueReceiver<Outgoing>),
-    (keys, kept): (QueueReceiver<Kept>, Kept),
+    (keys, kept): (QueueReceiver<StoredKeyState>, StoredKeyState),
 ) {
     background.spawn(token(carry(link_in, link_out, packets_in, packets_out, keys, kept)));
 }
@@ -35,27 +35,28 @@ enum Door {
     /// Without a key: all packets pass.
     Open,
     /// Corrupt key: all packets are dropped.
-    Shut,
+    Blocked,
     Guarded([Guarded; LINKS]),
 }
 
 struct Guarded {
-    guard: Guard,
+    guard: SecureChannel,
     /// Sending channel.
     channel: u16,
 }
 
 impl Door {
-    fn new(kept: Kept) -> Self {
+    fn new(kept: StoredKeyState) -> Self {
         match kept {
-            Kept::None => Self::Open,
-            Kept::Damaged => Self::Shut,
-            Kept::Key(KeptKey { key, seed }) => {
+            StoredKeyState::None => Self::Open,
+            StoredKeyState::Damaged => Self::Blocked,
+            StoredKeyState::Key(StoredKey { key, seed }) => {
                 let mut links = 0..;
                 Self::Guarded([(); LINKS].map(|()| {
                     let link = links.next().unwrap_or_default();
                     let seed = seed.wrapping_add(link.into());
-                    let guard = Guard::new(&Key::new(&key), Line::Link(link), Profile::Full, seed);
+                    let guard =
+                        SecureChannel::new(&Key::new(&key), KeyDomain::Link(link), Profile::Full, seed);
                     Guarded { guard, channel: 0 }
                 }))
             }
@@ -76,7 +77,7 @@ impl Door {
         let refused = || entry_points::read(&[], channel);
         match self {
             Self::Open => Some(entry_points::read(content, channel)),
-            Self::Shut => Some(refused()),
+            Self::Blocked => Some(refused()),
             Self::Guarded(guards) => {
                 let guard = &mut guards.get_mut(link)?.guard;
                 guard.set_receive_channel(channel);
@@ -95,15 +96,15 @@ async fn carry(
     mut link_out: LinkOut,
     mut packets_in: QueueSender<Received>,
     mut packets_out: QueueReceiver<Outgoing>,
-    mut keys: QueueReceiver<Kept>,
-    kept: Kept,
+    mut keys: QueueReceiver<StoredKeyState>,
+    kept: StoredKeyState,
 ) {
     let mut door = Door::new(kept);
     let mut buffer = [0; MAX_PAYLOAD_BYTES];
     loop {
         // Priority: a new key, then outgoing packets (one per link and tick), then incoming packets, which
         // may be a flood.
-        match select3(keys.next(), packets_out.next(), link_in.receive(&LISTENING, &mut buffer)).await {
+        match select3(keys.receive(), packets_out.receive(), link_in.receive(&LISTENING, &mut buffer)).await {
             Either3::First(kept) => door = Door::new(kept),
             Either3::Second(Outgoing { link, packet }) => {
                 if let Some(guarded) = door.guarded(link) {
@@ -116,7 +117,7 @@ async fn carry(
             Either3::Third((link, length)) => {
                 if let Some(packet) = buffer.get(..length).and_then(|content| door.open(link, content)) {
                     match packet {
-                        Ok(_) => packets_in.give(Received { link, packet }),
+                        Ok(_) => packets_in.send(Received { link, packet }),
                         // A flood of invalid packets must not displace valid ones.
                         Err(_) => packets_in.send_with_reserve(Received { link, packet }, LINKS),
                     }
@@ -143,7 +144,7 @@ async fn send(door: &mut Door, link: usize, packet: &Packet, link_out: &mut Link
     let mut sealed = [0; MAX_PAYLOAD_BYTES];
     let content = match door {
         Door::Open => Some(bytes.as_slice()),
-        Door::Shut => None,
+        Door::Blocked => None,
         Door::Guarded(guards) => {
             guards.get_mut(link).and_then(|guarded| guarded.guard.seal(&bytes, &mut sealed))
         }

@@ -24,7 +24,7 @@ async fn receive(mut link_in: LinkIn, mut packets: QueueSender<Received>) {
     loop {
         let (link, length) = link_in.receive(&LISTENING, &mut buffer).await;
         if let Some(bytes) = buffer.get(..length) {
-            packets.give(Received { link, packet: entry_points::read(bytes, listened_to(link)) });
+            packets.send(Received { link, packet: entry_points::read(bytes, listened_to(link)) });
         }
     }
 }
@@ -34,7 +34,7 @@ async fn send(mut link_out: LinkOut, mut packets: QueueReceiver<Outgoing>) {
     loop {
         // Drops the packet before its bytes are sent.
         let (link, channel, bytes) = {
-            let Outgoing { link, packet } = packets.next().await;
+            let Outgoing { link, packet } = packets.receive().await;
             (link, packet.channel, packet.to_bytes())
         };
         link_out.send(link, channel, &bytes).await;

@@ -38,7 +38,7 @@ pub(crate) fn controller() -> Dimsart {
         &[types::POSITION, types::DES_POSITION],
         &[types::DES_FORCE],
     );
-    let mut dimsart = Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap();
+    let mut dimsart = Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap();
     dimsart.engine_mut().set_costs(Some(COSTS));
     dimsart
 }
@@ -119,11 +119,11 @@ impl Board {
         let mut frame = [0; MAX_FRAME_BYTES];
         let frame = encode_request(&Request::Identify, 7, &mut frame).unwrap();
         let (mut receiver, mut answers) = (Receiver::new(), 0);
-        receiver.take_all(frame, |content| {
+        receiver.push_all(frame, |content| {
             let mut buffer = [0; MAX_FRAME_BYTES];
             let mut info: DeviceInfo = DeviceInfo::new("test").with_laws();
             let frame = answer(content, &mut self.dimsart, &mut info, &mut buffer).unwrap().unwrap();
-            Receiver::new().take_all(frame, |content| {
+            Receiver::new().push_all(frame, |content| {
                 let response = decode_response(content).unwrap();
                 assert!(matches!(response, (7, Response::Identity(_))));
                 answers += 1;

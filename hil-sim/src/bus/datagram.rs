@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use super::delay::{Delay, Delays};
 use super::line::SerialLine;
 use super::random::Random;
-use super::traffic::{Occupation, Timeline};
+use super::traffic::{BusyInterval, Timeline};
 
 const BITS_PER_BYTE: u32 = 8;
 
@@ -77,7 +77,13 @@ impl DatagramPath {
         let is_in_burst = self.is_lost_in_burst();
         let delay_ns = self.delays.next_ns(&mut self.random).filter(|_| !is_in_burst);
         let is_error = delay_ns.is_none();
-        self.timeline.add(Occupation { start_ns, end_ns: out_ns, sender: 0, label: String::new(), is_error });
+        self.timeline.add(BusyInterval {
+            start_ns,
+            end_ns: out_ns,
+            sender: 0,
+            label: String::new(),
+            is_error,
+        });
         let Some(delay_ns) = delay_ns else {
             self.lost += 1;
             return true;
@@ -99,8 +105,8 @@ impl DatagramPath {
         } else {
             self.parameters.burst_entry_probability
         };
-        self.is_bad ^= self.random.happens(change);
-        self.is_bad && self.random.happens(self.parameters.burst_loss)
+        self.is_bad ^= self.random.bernoulli(change);
+        self.is_bad && self.random.bernoulli(self.parameters.burst_loss)
     }
 
     /// Passes datagrams that have arrived by `now_ns` to `deliver`, with their arrival in `ns`.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::random::Random;
-use super::time::{NS_PER_S, seconds_ns};
+use super::time::{NS_PER_S, seconds_to_ns};
 
 /// Standard deviations above the mean for the upper bound of a gamma distribution.
 const DEVIATIONS: f64 = 6.0;
@@ -141,7 +141,7 @@ impl Delays {
                 (*delays.get(place)?)?
             }
         };
-        Some(seconds_ns(delay_s).min(3600 * NS_PER_S))
+        Some(seconds_to_ns(delay_s).min(3600 * NS_PER_S))
     }
 }
 

@@ -1,6 +1,6 @@
 //! A line with a bit rate and a queue; surplus bytes are refused.
 
-use super::time::bits_ns;
+use super::time::bits_to_ns;
 
 /// One direction of a line.
 #[derive(Debug, Clone)]
@@ -20,7 +20,7 @@ impl SerialLine {
 
     /// Transmission time of bytes, `ns`.
     pub(super) fn lasts_ns(&self, bytes: usize) -> u64 {
-        bits_ns(u64::from(self.bits_per_byte) * bytes as u64, self.bits_per_s)
+        bits_to_ns(u64::from(self.bits_per_byte) * bytes as u64, self.bits_per_s)
     }
 
     /// Queues bytes and returns their start time; `None` if the queue is full.

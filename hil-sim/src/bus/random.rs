@@ -15,7 +15,7 @@ impl Random {
     }
 
     /// Returns true with this probability. Draws a number only for probabilities between 0 and 1.
-    pub fn happens(&mut self, probability: f64) -> bool {
+    pub fn bernoulli(&mut self, probability: f64) -> bool {
         probability > 0.0 && self.uniform() < probability
     }
 
@@ -27,7 +27,7 @@ impl Random {
     }
 
     /// Uniform integer from 0 to `most`.
-    pub fn up_to(&mut self, most: u32) -> u64 {
+    pub fn uniform_integer(&mut self, most: u32) -> u64 {
         if most == 0 { 0 } else { self.0.next_u64() % (u64::from(most) + 1) }
     }
 
@@ -58,7 +58,7 @@ impl Random {
 
     /// Geometric: number of successful trials before the first failure, each failing with `probability`; by
     /// inversion. Saturates if no trial fails.
-    pub fn successes_before_failure(&mut self, probability: f64) -> u64 {
+    pub fn geometric(&mut self, probability: f64) -> u64 {
         if probability <= 0.0 {
             return u64::MAX;
         }
@@ -80,11 +80,11 @@ mod tests {
     #[test]
     fn failures_come_as_often_as_asked() {
         let mut random = Random::new(3);
-        assert_eq!(random.successes_before_failure(0.0), u64::MAX);
-        assert_eq!(random.successes_before_failure(1.0), 0);
+        assert_eq!(random.geometric(0.0), u64::MAX);
+        assert_eq!(random.geometric(1.0), 0);
         for probability in [0.5, 0.1, 1e-3] {
             let draws = 20_000;
-            let sum: u64 = (0..draws).map(|_| random.successes_before_failure(probability)).sum();
+            let sum: u64 = (0..draws).map(|_| random.geometric(probability)).sum();
             let (mean, expected) = (sum as f64 / f64::from(draws), (1.0 - probability) / probability);
             let deviation = (1.0 - probability).sqrt() / probability / f64::from(draws).sqrt();
             assert!((mean - expected).abs() < 4.0 * deviation, "{probability}: {mean} for {expected}");

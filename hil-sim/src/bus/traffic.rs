@@ -4,18 +4,18 @@ use std::collections::VecDeque;
 
 use serde::Serialize;
 
-use super::time::ns_seconds;
+use super::time::ns_to_seconds;
 
 /// Maximum intervals of a timeline.
 const REMEMBERED: usize = 512;
 
 /// Latest busy intervals of a medium.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Timeline(VecDeque<Occupation>);
+pub struct Timeline(VecDeque<BusyInterval>);
 
 /// A busy interval of a medium by one sender.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Occupation {
+pub struct BusyInterval {
     /// Start, `ns` of virtual time.
     pub start_ns: u64,
     /// End, `ns`.
@@ -30,7 +30,7 @@ pub struct Occupation {
 
 impl Timeline {
     /// Adds an interval; drops the oldest if full.
-    pub fn add(&mut self, occupation: Occupation) {
+    pub fn add(&mut self, occupation: BusyInterval) {
         if self.0.len() == REMEMBERED {
             self.0.pop_front();
         }
@@ -38,7 +38,7 @@ impl Timeline {
     }
 
     /// Returns the intervals in order of their start.
-    pub fn occupations(&self) -> impl DoubleEndedIterator<Item = &Occupation> + Clone {
+    pub fn busy_intervals(&self) -> impl DoubleEndedIterator<Item = &BusyInterval> + Clone {
         self.0.iter()
     }
 }
@@ -87,5 +87,5 @@ impl MediumReport {
 
 /// Load until `now_ns`, 0 to 1; later time is not counted.
 pub(crate) fn load(busy_ns: u64, now_ns: u64) -> f64 {
-    (ns_seconds(busy_ns) / ns_seconds(now_ns.max(1))).min(1.0)
+    (ns_to_seconds(busy_ns) / ns_to_seconds(now_ns.max(1))).min(1.0)
 }

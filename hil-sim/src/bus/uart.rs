@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::line::SerialLine;
 use super::random::Random;
-use super::traffic::{Occupation, Timeline};
+use super::traffic::{BusyInterval, Timeline};
 
 /// Start bit, data, stop bit.
 const BITS_PER_BYTE: u32 = 10;
@@ -43,7 +43,7 @@ impl Uart {
     #[must_use]
     pub fn new(parameters: UartParameters, seed: u64) -> Self {
         let mut random = Random::new(seed);
-        let good_bits = random.successes_before_failure(parameters.bit_error_rate);
+        let good_bits = random.geometric(parameters.bit_error_rate);
         let line = SerialLine::new(parameters.bits_per_s, BITS_PER_BYTE, parameters.queue_bytes);
         let (on_the_way, timeline) = (VecDeque::new(), Timeline::default());
         Self { parameters, line, random, good_bits, on_the_way, errors: 0, timeline }
@@ -55,7 +55,7 @@ impl Uart {
         let before = self.errors;
         for (count, byte) in (1..).zip(bytes) {
             let arrival_ns = start_ns + self.line.lasts_ns(count);
-            if self.random.happens(self.parameters.byte_insert) {
+            if self.random.bernoulli(self.parameters.byte_insert) {
                 self.errors += 1;
                 let noise = self.noise();
                 self.on_the_way.push_back((arrival_ns, noise));
@@ -65,14 +65,14 @@ impl Uart {
             }
         }
         let (end_ns, is_error) = (start_ns + self.line.lasts_ns(bytes.len()), self.errors > before);
-        self.timeline.add(Occupation { start_ns, end_ns, sender: 0, label: String::new(), is_error });
+        self.timeline.add(BusyInterval { start_ns, end_ns, sender: 0, label: String::new(), is_error });
         true
     }
 
     /// Applies errors to a byte; `None` if lost.
     fn carry(&mut self, byte: u8) -> Option<u8> {
         let wrong_bits = self.wrong_bits();
-        let is_lost = self.random.happens(self.parameters.byte_drop) || wrong_bits & 0b10_0000_0001 != 0;
+        let is_lost = self.random.bernoulli(self.parameters.byte_drop) || wrong_bits & 0b10_0000_0001 != 0;
         self.errors += u64::from(is_lost || wrong_bits != 0);
         let [_, data] = (wrong_bits >> 1).to_be_bytes();
         (!is_lost).then_some(byte ^ data)
@@ -84,7 +84,7 @@ impl Uart {
         for bit in 0..BITS_PER_BYTE {
             if self.good_bits == 0 {
                 mask |= 1 << bit;
-                self.good_bits = self.random.successes_before_failure(self.parameters.bit_error_rate);
+                self.good_bits = self.random.geometric(self.parameters.bit_error_rate);
             } else {
                 self.good_bits -= 1;
             }
@@ -93,7 +93,7 @@ impl Uart {
     }
 
     fn noise(&mut self) -> u8 {
-        u8::try_from(self.random.up_to(u32::from(u8::MAX))).unwrap_or(u8::MAX)
+        u8::try_from(self.random.uniform_integer(u32::from(u8::MAX))).unwrap_or(u8::MAX)
     }
 
     /// Passes bytes that have arrived by `now_ns` to `deliver`, with their arrival in `ns`.

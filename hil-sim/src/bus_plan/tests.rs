@@ -37,7 +37,7 @@ fn classic_frames_of_six_joints_are_counted_by_hand() {
 fn a_bus_that_is_asked_too_much_says_what_would_fit() {
     let (figures, report) = classic(1000.0).analyse().unwrap();
     assert!(!figures.fits && figures.worst_load > 4.8 && figures.simulated_load > 0.99, "{figures:?}");
-    assert!(figures.dropped > 0 && report.timeline.occupations().count() > 100);
+    assert!(figures.dropped > 0 && report.timeline.busy_intervals().count() > 100);
     let advice = figures.advice.join("\n");
     assert!(advice.contains("--rate-hz 205") && advice.contains("can.data_bits_per_s=8000000"), "{advice}");
     assert!(classic(205.0).analyse().unwrap().0.fits && !classic(206.0).analyse().unwrap().0.fits);

@@ -12,7 +12,7 @@ use rustix::io::Errno;
 use tempfile::TempDir;
 
 use super::process::Process;
-pub use super::process::end_all;
+pub use super::process::terminate_emulators;
 use super::words;
 use super::{EmulatedError, Image, PATIENCE};
 

@@ -7,28 +7,28 @@ use std::process::ExitStatus;
 use dimsart_link::exchange::{self, ExchangeError, MAX_FRAME_BYTES, MAX_PACKETS};
 use dimsart_link::protocol::Refusal;
 
-use super::BUILD;
+use super::BUILD_COMMAND;
 use super::{PATIENCE, PROGRAM};
 
 /// Error of running a controller on an emulated board.
 #[derive(Debug, thiserror::Error)]
 pub enum EmulatedError {
     /// Image not found.
-    #[error("firmware image {} not found; build it with `{BUILD}`, or set its path with --image", path.display())]
-    NoImage {
+    #[error("firmware image {} not found; build it with `{BUILD_COMMAND}`, or set its path with --image", path.display())]
+    ImageNotFound {
         /// Path of the image.
         path: PathBuf,
     },
     /// Image not readable.
     #[error("cannot read firmware image {}: {source}; set another path with --image", path.display())]
-    Image {
+    UnreadableImage {
         /// The image.
         path: PathBuf,
         /// Error of the operating system.
         source: io::Error,
     },
     /// Firmware of another version or board.
-    #[error("{} is not an image of {wanted}; build the image with `{BUILD}`", path.display())]
+    #[error("{} is not an image of {wanted}; build the image with `{BUILD_COMMAND}`", path.display())]
     WrongImage {
         /// The image.
         path: PathBuf,
@@ -37,7 +37,7 @@ pub enum EmulatedError {
     },
     /// Emulator not installed or not executable.
     #[error("cannot start the emulator {PROGRAM}: {0}; install it (Debian: `apt install qemu-system-arm`)")]
-    NoEmulator(io::Error),
+    EmulatorNotFound(io::Error),
     /// Cannot create the pipes.
     #[error(
         "cannot create the pipes of the emulated board: {0}; free space in the \
@@ -46,13 +46,13 @@ pub enum EmulatedError {
     Files(io::Error),
     /// Timeout.
     #[error("emulated board timed out after {} s and was terminated{}", PATIENCE.as_secs(), last_words(.log))]
-    Hung {
+    Unresponsive {
         /// Last lines of the firmware's log.
         log: Vec<String>,
     },
     /// The emulator exited.
     #[error("the emulated board exited: {}{}", reason(.status), last_words(.log))]
-    Ended {
+    EmulatorExited {
         /// Exit status.
         status: Option<ExitStatus>,
         /// Last lines of the firmware's log.
@@ -71,11 +71,11 @@ pub enum EmulatedError {
         log: Vec<String>,
     },
     /// Invalid frame.
-    #[error("invalid answer of the emulated board: {0}; rebuild the image with `{BUILD}`")]
-    Exchange(#[from] ExchangeError),
+    #[error("invalid answer of the emulated board: {0}; rebuild the image with `{BUILD_COMMAND}`")]
+    InvalidFrame(#[from] ExchangeError),
     /// Another version of the exchange protocol.
     #[error(
-        "the image uses {} of the exchange protocol, this command uses version {}; rebuild the image with `{BUILD}`",
+        "the image uses {} of the exchange protocol, this command uses version {}; rebuild the image with `{BUILD_COMMAND}`",
         version(.found),
         exchange::VERSION
     )]
@@ -84,8 +84,8 @@ pub enum EmulatedError {
         found: Option<u8>,
     },
     /// Firmware with other modules or types.
-    #[error("image and command differ in {what}; rebuild the image with `{BUILD}`")]
-    OtherLibrary {
+    #[error("image and command differ in {what}; rebuild the image with `{BUILD_COMMAND}`")]
+    IncompatibleModules {
         /// The difference.
         what: String,
     },
@@ -103,7 +103,7 @@ pub enum EmulatedError {
     #[error("the board refused a part of the scheme that the host accepts: {0}")]
     Refused(Refusal),
     /// Missing or invalid answer to a request.
-    #[error("no answer from the board within {ticks} ticks; rebuild the image with `{BUILD}`")]
+    #[error("no answer from the board within {ticks} ticks; rebuild the image with `{BUILD_COMMAND}`")]
     NoAnswer {
         /// Time waited, ticks.
         ticks: u32,

@@ -4,9 +4,9 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::{BOARD, EmulatedError, FOLDER_VARIABLE};
+use super::{BOARD, EmulatedError, IMAGE_FOLDER_VARIABLE};
 
-/// Path of the image in the target folder, as built by [`BUILD`](super::BUILD).
+/// Path of the image in the target folder, as built by [`BUILD_COMMAND`](super::BUILD_COMMAND).
 const BUILT: &str = "thumbv7em-none-eabihf/firmware/firmware";
 
 /// A firmware image for the emulated board.
@@ -22,19 +22,19 @@ impl Image {
     /// in `target`, in this order.
     ///
     /// # Errors
-    /// [`EmulatedError::NoImage`], [`EmulatedError::Image`] or [`EmulatedError::WrongImage`].
+    /// [`EmulatedError::ImageNotFound`], [`EmulatedError::UnreadableImage`] or [`EmulatedError::WrongImage`].
     pub fn find(given: Option<&Path>) -> Result<Self, EmulatedError> {
-        let path = match (given, env::var_os(FOLDER_VARIABLE)) {
+        let path = match (given, env::var_os(IMAGE_FOLDER_VARIABLE)) {
             (Some(path), _) => path.to_owned(),
             (None, Some(folder)) => Path::new(&folder).join(BOARD),
             (None, None) => built(),
         };
         if !path.is_file() {
-            return Err(EmulatedError::NoImage { path });
+            return Err(EmulatedError::ImageNotFound { path });
         }
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
-            Err(source) => return Err(EmulatedError::Image { path, source }),
+            Err(source) => return Err(EmulatedError::UnreadableImage { path, source }),
         };
         let version = env!("CARGO_PKG_VERSION");
         let (wanted, with_keys) =

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 
 use defmt_decoder::{DecodeError, Table};
 
-use crate::foreign_text::visible_lines;
+use crate::untrusted_text::escape_lines;
 
 /// Lines kept for error messages.
 const KEPT_LINES: usize = 12;
@@ -29,7 +29,7 @@ struct Lines {
 
 impl Lines {
     fn add(&self, line: String) {
-        let line = visible_lines(&line);
+        let line = escape_lines(&line);
         if let Some(mut file) = self.file.as_deref() {
             // A log that cannot be written does not end a run.
             let _ = writeln!(file, "{line}");

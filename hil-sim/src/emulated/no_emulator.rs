@@ -12,13 +12,13 @@ use super::{EmulatedError, Image};
 pub(super) enum Emulator {}
 
 /// No emulator.
-pub fn end_all() -> bool {
+pub fn terminate_emulators() -> bool {
     false
 }
 
 impl Emulator {
     pub(super) fn start(_: &Image, _: Option<File>) -> Result<Self, EmulatedError> {
-        Err(EmulatedError::NoEmulator(ErrorKind::Unsupported.into()))
+        Err(EmulatedError::EmulatorNotFound(ErrorKind::Unsupported.into()))
     }
 
     pub(super) fn exchange(&mut self, _: &Frame, _: &mut Frame) -> Result<(), EmulatedError> {

@@ -39,7 +39,7 @@ const A_MOMENT: Duration = Duration::from_millis(5);
 static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
 
 /// Terminates all emulators of this process; their owners detect it. Returns false if there was none.
-pub fn end_all() -> bool {
+pub fn terminate_emulators() -> bool {
     let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
     for pid in running.iter() {
         // Fails only if it has exited.
@@ -73,7 +73,7 @@ impl Process {
         let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
         // Inside the lock, so that no other emulator inherits the pipe.
         fcntl_setfd(&writes, FdFlags::empty()).map_err(|error| EmulatedError::Files(error.into()))?;
-        let mut child = command.spawn().map_err(EmulatedError::NoEmulator)?;
+        let mut child = command.spawn().map_err(EmulatedError::EmulatorNotFound)?;
         drop(writes);
         running.push(Pid::from_child(&child));
         drop(running);
@@ -88,7 +88,7 @@ impl Process {
     /// Returns its exit status after its line was closed.
     pub(super) fn ended(&mut self) -> EmulatedError {
         let status = self.await_end();
-        EmulatedError::Ended { status, log: self.log.last_lines() }
+        EmulatedError::EmulatorExited { status, log: self.log.last_lines() }
     }
 
     /// Returns the reason of a firmware stop, and the last commands of its actuators.
@@ -110,7 +110,7 @@ impl Process {
     /// Terminates it after a timeout.
     pub(super) fn hung(&mut self) -> EmulatedError {
         self.end();
-        EmulatedError::Hung { log: self.log.last_lines() }
+        EmulatedError::Unresponsive { log: self.log.last_lines() }
     }
 
     fn end(&mut self) {

@@ -4,7 +4,7 @@
 ///
 /// In lockstep only one of them runs at a time. On one processor they switch without waking another one, which
 /// doubles the speed. No effect if unsupported.
-pub fn pin_to_one_processor() {
+pub fn pin_to_current_cpu() {
     #[cfg(all(target_os = "linux", feature = "emulated"))]
     {
         use rustix::thread::{CpuSet, sched_getcpu, sched_setaffinity};

@@ -107,18 +107,18 @@ impl CommandLine<'_> {
         let mut receiver = Receiver::new();
         for _ in 0..ANSWER_TICKS {
             // First a hello, finally the answer to the challenge.
-            let is_answered = sealer.is_answered();
+            let has_session = sealer.has_session();
             if let Ok(Some(handshake)) = sealer.handshake(&mut [0; MAX_FRAME_BYTES]) {
                 self.wire.send(Tag::Command, handshake);
             }
             self.wire.exchange(&self.nothing_measured)?;
-            if is_answered {
+            if has_session {
                 self.wire.sealer = Some(sealer);
                 return Ok(());
             }
             for bytes in self.wire.sections(|tag| tag == Tag::Command) {
-                receiver.take_all(bytes, |content| {
-                    sealer.take(content);
+                receiver.push_all(bytes, |content| {
+                    sealer.receive(content);
                 });
             }
         }
@@ -134,7 +134,7 @@ impl CommandLine<'_> {
         for _ in 0..ANSWER_TICKS {
             self.wire.exchange(&self.nothing_measured)?;
             for bytes in self.wire.sections(|tag| tag == Tag::Command) {
-                receiver.take_all(bytes, |content| {
+                receiver.push_all(bytes, |content| {
                     // Skips heartbeats.
                     if matches!(decode_response(content), Ok((found, _)) if found == id) {
                         is_there = true;
@@ -156,7 +156,7 @@ impl CommandLine<'_> {
         let scenario_s = copy.engine().device().sample_period_s();
         match self.ask(&Request::Identify)? {
             Response::Identity(board) if board.protocol_version != PROTOCOL_VERSION => {
-                Err(EmulatedError::OtherLibrary { what: "protocol".to_owned() })
+                Err(EmulatedError::IncompatibleModules { what: "protocol".to_owned() })
             }
             Response::Identity(board) if board.sample_period_s.to_bits() != scenario_s.to_bits() => {
                 Err(EmulatedError::SamplePeriod { board_s: board.sample_period_s, scenario_s })
@@ -172,11 +172,11 @@ impl CommandLine<'_> {
         for place in 0..=u8::MAX {
             let kind = match self.ask(&Request::Module { place })? {
                 Response::Refused(_) => break,
-                Response::Module(found) => KindId::of(found.name),
+                Response::Module(found) => KindId::from_name(found.name),
                 answer => return Err(unexpected(&answer)),
             };
             if copy.engine().kinds().kind(kind).is_none() {
-                return Err(EmulatedError::OtherLibrary { what: "the list of modules".to_owned() });
+                return Err(EmulatedError::IncompatibleModules { what: "the list of modules".to_owned() });
             }
             for index in 0..=u8::MAX {
                 if !self.is_same(copy, Request::Parameter { kind, index }, "the list of parameters")? {
@@ -192,7 +192,11 @@ impl CommandLine<'_> {
             match self.ask(&Request::DataType { index })? {
                 Response::Refused(_) => break,
                 there if here.contains(&there) => (),
-                _ => return Err(EmulatedError::OtherLibrary { what: "the list of data types".to_owned() }),
+                _ => {
+                    return Err(EmulatedError::IncompatibleModules {
+                        what: "the list of data types".to_owned(),
+                    });
+                }
             }
         }
         Ok(())
@@ -208,7 +212,7 @@ impl CommandLine<'_> {
         let here = answer_here(copy, &request);
         match self.ask(&request)? == here {
             true => Ok(!matches!(here, Response::Refused(_))),
-            false => Err(EmulatedError::OtherLibrary { what: what.to_owned() }),
+            false => Err(EmulatedError::IncompatibleModules { what: what.to_owned() }),
         }
     }
 
@@ -225,7 +229,7 @@ impl CommandLine<'_> {
         }
         let shown = signals.iter().filter(|(slot, _)| slot.is_some()).count();
         if shown != data_base.signals().count() {
-            return Err(EmulatedError::OtherLibrary { what: "the signals of this scheme".to_owned() });
+            return Err(EmulatedError::IncompatibleModules { what: "the signals of this scheme".to_owned() });
         }
         let words = signals.iter().map(|(_, words)| words).sum();
         Ok(Layout { signals, words })

@@ -9,7 +9,7 @@ use crate::motion::SamplesError;
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
 use crate::rig::{AuthenticationFailure, RemoteError};
-use crate::schemes::{Loaded, SchemeFileError};
+use crate::schemes::{LoadReport, SchemeFileError};
 
 /// Error of an experiment.
 #[derive(Debug, thiserror::Error)]
@@ -44,7 +44,7 @@ pub enum ExperimentError {
         /// The controller.
         controller: String,
         /// Reason.
-        loaded: Loaded,
+        loaded: LoadReport,
     },
     /// Law that is unreadable, invalid, or one too many.
     #[error("the controller '{controller}': {what}")]
@@ -164,6 +164,6 @@ pub enum ExperimentError {
     },
 }
 
-fn list(loaded: &Loaded) -> String {
+fn list(loaded: &LoadReport) -> String {
     loaded.problems().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
 }

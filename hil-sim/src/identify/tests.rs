@@ -28,8 +28,8 @@ fn chirp(amplitude: f64) -> impl Fn(f64) -> f64 {
 }
 
 fn held<'a>(position: &'a [f64], force: &'a [f64]) -> Experiment<'a> {
-    let force_is = ForceIs::Held { delay_ticks: 0.0 };
-    Experiment { period_s: PERIOD_S, position, force, force_is, turns: true, others: &[] }
+    let force_timing = ForceTiming::Held { delay_ticks: 0.0 };
+    Experiment { period_s: PERIOD_S, position, force, force_timing, turns: true, others: &[] }
 }
 
 #[test]
@@ -74,7 +74,8 @@ fn a_joint_that_turns_one_way_does_not_tell_coulomb_friction_from_a_constant_for
     }
     let force_at = |t: &f64| inertia * phase(*t).cos() * rate(*t) + viscous * speed(*t) + coulomb + constant;
     let force: Vec<f64> = times.iter().map(force_at).collect();
-    let found = identify(&Experiment { force_is: ForceIs::Measured, ..held(&position, &force) }).unwrap();
+    let found =
+        identify(&Experiment { force_timing: ForceTiming::Measured, ..held(&position, &force) }).unwrap();
     assert_eq!([Quantity::Coulomb, Quantity::Constant].map(|quantity| found.of(quantity)), [None; 2]);
     for (quantity, truth) in [(Quantity::Inertia, inertia), (Quantity::Viscous, viscous)] {
         let (value, half_width) = found.of(quantity).unwrap();

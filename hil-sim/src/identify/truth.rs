@@ -9,7 +9,7 @@ use crate::plant::{
 /// True parameters of a joint, if the recorded force drives its load: measured at the gear output, or commanded to an
 /// ideal motor without a gear. `None` otherwise, or with a spring or presliding friction.
 #[must_use]
-pub fn truth(joint: &JointParameters, is_measured: bool) -> Option<[(Quantity, f64); 6]> {
+pub fn true_parameters(joint: &JointParameters, is_measured: bool) -> Option<[(Quantity, f64); 6]> {
     let is_direct = matches!(joint.motor, JointMotorParameters::Ideal {})
         && joint.gear == GearParameters::default()
         && joint.flexible.is_none();
@@ -34,7 +34,7 @@ pub fn truth(joint: &JointParameters, is_measured: bool) -> Option<[(Quantity, f
 ///
 /// # Errors
 /// As [`ArmParameters::build`].
-pub fn arm_truth(
+pub fn true_arm_joint_parameters(
     arm: &ArmParameters,
     axis: usize,
     held_at: &[f64],

@@ -1,6 +1,6 @@
 //! Windows of an experiment: intervals of motion in one direction, not slow. Each gives one equation.
 
-use super::{Experiment, ForceIs, Quantity};
+use super::{Experiment, ForceTiming, Quantity};
 
 /// Window lengths in ticks: long windows average more noise, short ones are used if data are few or the motion is
 /// fast.
@@ -93,13 +93,13 @@ impl<'a> Windows<'a> {
     /// Returns the mean force of each window for a force recorded `delay_ticks` later than the position.
     pub(super) fn forces(&self, delay_ticks: f64) -> Vec<f64> {
         let tick = 1.0 / count(self.ticks);
-        let shift = match self.experiment.force_is {
-            ForceIs::Measured => delay_ticks,
-            ForceIs::Held { delay_ticks: known } => delay_ticks - known,
+        let shift = match self.experiment.force_timing {
+            ForceTiming::Measured => delay_ticks,
+            ForceTiming::Held { delay_ticks: known } => delay_ticks - known,
         };
-        let weight = |x: f64| match self.experiment.force_is {
-            ForceIs::Measured => bump(x.clamp(0.0, 1.0)) * tick,
-            ForceIs::Held { .. } => area(x + tick) - area(x),
+        let weight = |x: f64| match self.experiment.force_timing {
+            ForceTiming::Measured => bump(x.clamp(0.0, 1.0)) * tick,
+            ForceTiming::Held { .. } => area(x + tick) - area(x),
         };
         // From the last tick at or before the window's start to one tick after its end.
         let first = libm::floor(shift) - 1.0;

@@ -152,7 +152,8 @@ fn port(law: &mut Checked<'_>, name: &Word, is_output: bool, signal: &Word) -> R
 
 fn data_type(signal: &Word) -> Result<TypeRef, Problem> {
     let takes = |found: &&DataType| found.format == Format::F32 && found.shape == Shape::Vector;
-    let found = names::split(&signal.text).and_then(|(name, number)| Some((types::by_name(name)?, number)));
+    let found =
+        names::split(&signal.text).and_then(|(name, number)| Some((types::find_by_name(name)?, number)));
     let Some((found, number)) = found else {
         let known = types::ALL.iter().filter(takes).map(|found| found.name);
         let help = advice(&signal.text, known, "`dimsart modules` lists the data types");

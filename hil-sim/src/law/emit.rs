@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use dimsart_core::limits::PROGRAM_WORDS;
-use dimsart_core::online::{Header, Instruction, OWN_AXIS, Opcode, Program, REGISTERS, seal};
+use dimsart_core::online::{CURRENT_AXIS, Header, Instruction, Opcode, Program, REGISTER_COUNT, program_crc};
 
 use super::Law;
 use super::check::Checked;
@@ -26,7 +26,7 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
     let there = Registers::there(law, &lowered.values);
     let code = Code::of(lowered, &there, true).or_else(|| Code::of(lowered, &there, false));
     let code = code.ok_or_else(|| {
-        let message = format!("more than {REGISTERS} values in use at the same time");
+        let message = format!("more than {REGISTER_COUNT} values in use at the same time");
         Problem::new(end..end, message, "split this law in two")
     })?;
     let names = names(law);
@@ -60,7 +60,7 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
         word.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
         u32::from_le_bytes(word)
     }));
-    words.push(seal(&words));
+    words.push(program_crc(&words));
     if words.len() > PROGRAM_WORDS {
         let message = format!("program has {} words, maximum {PROGRAM_WORDS}", words.len());
         return Err(Problem::new(end..end, message, "shorten the law or its names, or split it in two"));
@@ -255,7 +255,7 @@ impl Registers {
     fn there(law: &Checked<'_>, values: &Values) -> Self {
         let parameters = u8::try_from(law.parameters.len()).unwrap_or(u8::MAX);
         let states = u8::try_from(law.states.len()).unwrap_or(u8::MAX);
-        let own = if law.coupled_axes.is_some() { 0 } else { OWN_AXIS };
+        let own = if law.coupled_axes.is_some() { 0 } else { CURRENT_AXIS };
         let of = values.all().filter_map(|(id, value)| match value {
             Value::Parameter(number, axis) if axis == own => Some((id, number)),
             Value::State(number) => Some((id, parameters + number)),
@@ -265,7 +265,7 @@ impl Registers {
     }
 
     fn free(&self) -> Option<u8> {
-        (self.first..u8::try_from(REGISTERS).ok()?)
+        (self.first..u8::try_from(REGISTER_COUNT).ok()?)
             .find(|register| !self.of.values().any(|taken| taken == register))
     }
 

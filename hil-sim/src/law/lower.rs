@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use dimsart_core::online::{OWN_AXIS, Opcode};
+use dimsart_core::online::{CURRENT_AXIS, Opcode};
 
 use super::check::{Checked, Declared};
 use super::error::Problem;
@@ -57,7 +57,7 @@ pub(super) fn lower(law: &Checked<'_>) -> Result<Lowered, Problem> {
                 let id = lowering.number(value)?;
                 match law.declared(&name.text) {
                     Some(Declared::Output(output)) => {
-                        let axis = axis.as_ref().map_or(OWN_AXIS, |axis| axis.number);
+                        let axis = axis.as_ref().map_or(CURRENT_AXIS, |axis| axis.number);
                         lowered.outputs.push((output, axis, id));
                         lowering.named.insert(key(&name.text, axis), Typed { id, is_truth: false });
                     }
@@ -77,7 +77,7 @@ pub(super) fn lower(law: &Checked<'_>) -> Result<Lowered, Problem> {
 
 /// Name of an assigned output in `named`.
 fn key(name: &str, axis: u8) -> String {
-    if axis == OWN_AXIS { name.to_owned() } else { format!("{name}[{axis}]") }
+    if axis == CURRENT_AXIS { name.to_owned() } else { format!("{name}[{axis}]") }
 }
 
 impl Lowering<'_> {
@@ -206,7 +206,7 @@ impl Lowering<'_> {
     /// Axis of a name; without an index, the axis being computed.
     fn axis(&self, name: &Word, axis: Option<&Axis>) -> Result<u8, Problem> {
         match (axis, self.law.coupled_axes) {
-            (None, None) => Ok(OWN_AXIS),
+            (None, None) => Ok(CURRENT_AXIS),
             (None, Some(_)) => {
                 let message = format!("missing axis index of `{}`", name.text);
                 let help = format!("this law assigns its outputs axis by axis: write `{}[0]`", name.text);

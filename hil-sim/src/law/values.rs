@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use dimsart_core::online::{OWN_AXIS, Opcode, calculate};
+use dimsart_core::online::{CURRENT_AXIS, Opcode, calculate};
 
 /// Index of a value.
 pub(super) type Id = usize;
@@ -13,7 +13,7 @@ pub(super) enum Value {
     /// Its bits.
     Constant(u32),
     Period,
-    /// Input and axis, or [`OWN_AXIS`].
+    /// Input and axis, or [`CURRENT_AXIS`].
     Input(u8, u8),
     Parameter(u8, u8),
     State(u8),
@@ -92,7 +92,9 @@ impl Values {
     /// Minimum number of axes of a device.
     pub(super) fn axes(&self) -> u8 {
         let axes = self.list.iter().filter_map(|value| match value {
-            Value::Input(_, axis) | Value::Parameter(_, axis) | Value::Last(_, axis) if *axis != OWN_AXIS => {
+            Value::Input(_, axis) | Value::Parameter(_, axis) | Value::Last(_, axis)
+                if *axis != CURRENT_AXIS =>
+            {
                 Some(axis + 1)
             }
             _ => None,

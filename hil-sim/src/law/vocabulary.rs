@@ -2,8 +2,8 @@
 
 use dimsart_core::scheme::{Row, RowError, SchemeError};
 use dimsart_core::{
-    Accepted, AxisKind, Command, DataTypeText, EVERY_TICKS, KindId, ModuleRef, ParameterText,
-    PortDescription, Value, Vocabulary,
+    AxisKind, Command, DataTypeDescription, EVERY_TICKS, KindId, ModuleRef, ParameterDescription,
+    ParameterTypeDescription, PortDescription, Value, Vocabulary,
 };
 
 use super::Law;
@@ -43,7 +43,7 @@ impl<'k, V: Vocabulary + ?Sized> LawVocabulary<'k, V> {
 }
 
 /// Returns the module of a row if it runs laws.
-pub fn runner(row: &Row<'_>, known: &(impl Vocabulary + ?Sized)) -> Option<ModuleRef> {
+pub fn law_module(row: &Row<'_>, known: &(impl Vocabulary + ?Sized)) -> Option<ModuleRef> {
     let word = row.word(1);
     let is_runner = word.split('.').next() == Some(MODULE);
     if is_runner { known.find_module(word) } else { None }
@@ -66,7 +66,7 @@ impl<V: Vocabulary + ?Sized> Vocabulary for LawVocabulary<'_, V> {
         self.known.kind_name(kind)
     }
 
-    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterText<'_>> {
+    fn parameter_text(&self, kind: KindId, index: u8) -> Option<ParameterDescription<'_>> {
         let found = self.known.parameter_text(kind, index)?;
         let (Some(law), Some(number), true) =
             (self.law_of(|module| module.kind == kind), index.checked_sub(1), index != EVERY_TICKS)
@@ -76,10 +76,10 @@ impl<V: Vocabulary + ?Sized> Vocabulary for LawVocabulary<'_, V> {
         // The kind has the maximum number of parameters of a law.
         let own = law.parameters.get(usize::from(number))?;
         let of_law = own.parameter;
-        Some(ParameterText {
+        Some(ParameterDescription {
             name: &own.name,
             unit: of_law.unit,
-            accepts: Accepted::Real { min: of_law.min, max: of_law.max },
+            accepts: ParameterTypeDescription::Real { min: of_law.min, max: of_law.max },
             default: Some(Value::Real(of_law.default)),
             ..found
         })
@@ -93,7 +93,7 @@ impl<V: Vocabulary + ?Sized> Vocabulary for LawVocabulary<'_, V> {
         Some(PortDescription { name, ..found })
     }
 
-    fn find_parameter(&self, kind: KindId, name: &str) -> Option<(u8, ParameterText<'_>)> {
+    fn find_parameter(&self, kind: KindId, name: &str) -> Option<(u8, ParameterDescription<'_>)> {
         let of_law = (0..=u8::MAX).zip(self.parameter_texts(kind)).find(|(_, found)| found.name == name);
         // A row may also use the controller's name.
         of_law.or_else(|| {
@@ -102,7 +102,7 @@ impl<V: Vocabulary + ?Sized> Vocabulary for LawVocabulary<'_, V> {
         })
     }
 
-    fn type_text(&self, index: u16) -> Option<DataTypeText<'_>> {
+    fn type_text(&self, index: u16) -> Option<DataTypeDescription<'_>> {
         self.known.type_text(index)
     }
 }

@@ -17,7 +17,7 @@ impl ArrivalPoll {
 
     /// Returns the time of the first arrival; `None` without an arrival by `deadline`.
     #[must_use]
-    pub fn arrival_before(&self, deadline: Instant) -> Option<Instant> {
+    pub fn wait_for_arrival(&self, deadline: Instant) -> Option<Instant> {
         loop {
             let now = Instant::now();
             if (self.0)() {

@@ -10,7 +10,7 @@ use super::can::{CanDirection, SharedBus};
 use super::medium::{Medium, MediumLink, Serial};
 use super::{InProcess, Link};
 use crate::bus::can::{CanBus, CanFrame, CanParameters, Format, Identifier};
-use crate::bus::time::{bits_ns, seconds_ns};
+use crate::bus::time::{bits_to_ns, seconds_to_ns};
 use crate::bus::{DatagramPath, Delay, DelayFileError, Uart};
 use crate::rig_file::{BusSection, CanSection, LinkSection, RigFile, UartSection, UdpSection};
 
@@ -96,7 +96,7 @@ impl<'f> Buses<'f> {
             };
             buses.push((name.as_str(), bus));
         }
-        Ok(Self { period_ns: seconds_ns(period_s).max(1), seed, buses })
+        Ok(Self { period_ns: seconds_to_ns(period_s).max(1), seed, buses })
     }
 
     /// Whether links of a bus are distinguished by their channels.
@@ -189,7 +189,7 @@ fn over(
 /// # Errors
 /// [`DelayFileError`] for an invalid delays file.
 pub fn round_trip_ticks(file: &RigFile, [one, other]: [&str; 2]) -> Result<u32, DelayFileError> {
-    let period_ns = seconds_ns(file.sample_period_s).max(1);
+    let period_ns = seconds_to_ns(file.sample_period_s).max(1);
     let mut sum = 0_u32;
     for (from, to) in [(one, other), (other, one)] {
         let Some(link) = file.links.iter().find(|link| link.from == from && link.to == to) else { continue };
@@ -217,7 +217,7 @@ fn longest_ns(
     let tag_bytes = if link.key_file.is_some() { Profile::Full.overhead() } else { 0 };
     let packet_bytes = MAX_PACKET_BYTES + tag_bytes;
     let line_ns =
-        |bytes: usize, bits_per_byte: usize, rate: u32| bits_ns((bytes * bits_per_byte) as u64, rate);
+        |bytes: usize, bits_per_byte: usize, rate: u32| bits_to_ns((bytes * bits_per_byte) as u64, rate);
     let of_can = |can: &CanSection, format, bytes, frames: u32| {
         let most = CanFrame::max_wire_bits(Identifier::Extended(0), format, bytes);
         u64::from((2 + can.other_nodes) * frames) * CanBus::frame_ns(&CanParameters::from(can), most)
@@ -228,7 +228,7 @@ fn longest_ns(
         (_, _, Some(can), _) => Some(of_can(can, Format::Fd, 64, 1)),
         (.., Some(udp)) => {
             let rate = if is_forward { udp.forward_bits_per_s } else { udp.backward_bits_per_s };
-            let delay_ns = seconds_ns(udp.delay(&file.folder)?.upper_s());
+            let delay_ns = seconds_to_ns(udp.delay(&file.folder)?.upper_s());
             Some(delay_ns + line_ns(packet_bytes + udp.header_bytes, 8, rate))
         }
         _ => None,

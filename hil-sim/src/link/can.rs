@@ -66,8 +66,8 @@ impl Medium for CanDirection {
             bus.nodes().get(self.sender).is_some_and(|node| node.state(now_ns) == ErrorState::BusOff);
         match bus.submit(self.sender, now_ns, frames) {
             true => Ok(()),
-            false if is_off => Err(Refusal::Off),
-            false => Err(Refusal::Full),
+            false if is_off => Err(Refusal::BusOff),
+            false => Err(Refusal::QueueFull),
         }
     }
 
@@ -75,7 +75,7 @@ impl Medium for CanDirection {
         let Self { assembler, channel, format, .. } = self;
         self.bus.lock().receive_by_id((self.receiver, self.identifier), now_ns, |_, frame| {
             let content = match format {
-                Format::Classic => assembler.take(frame.data(), *channel),
+                Format::Classic => assembler.push(frame.data(), *channel),
                 Format::Fd => unpack(frame.data()),
             };
             content.into_iter().for_each(&mut *deliver);

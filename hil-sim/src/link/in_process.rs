@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Carried, Link};
+use super::{Link, Payload};
 use crate::bus::Random;
 
 /// Parameters of the link.
@@ -40,7 +40,7 @@ pub struct InProcess {
 #[derive(Debug, Clone)]
 struct Flight {
     arrival: u64,
-    carried: Carried,
+    carried: Payload,
 }
 
 impl InProcess {
@@ -53,17 +53,17 @@ impl InProcess {
 
     /// Returns the arrival tick of a packet sent now.
     fn arrival(&mut self, now: u64) -> u64 {
-        let jitter = self.random.up_to(self.parameters.jitter_ticks);
+        let jitter = self.random.uniform_integer(self.parameters.jitter_ticks);
         let on_time = (now + u64::from(self.parameters.delay_ticks) + jitter).max(self.last_arrival);
-        if self.random.happens(self.parameters.reordering) {
-            on_time + 1 + self.random.up_to(REORDERING_TICKS - 1)
+        if self.random.bernoulli(self.parameters.reordering) {
+            on_time + 1 + self.random.uniform_integer(REORDERING_TICKS - 1)
         } else {
             self.last_arrival = on_time;
             on_time
         }
     }
 
-    fn take_off(&mut self, arrival: u64, carried: Carried) {
+    fn take_off(&mut self, arrival: u64, carried: Payload) {
         let flight = Flight { arrival, carried };
         if self.in_flight.back().is_none_or(|last| last.arrival <= arrival) {
             self.in_flight.push_back(flight);
@@ -76,19 +76,19 @@ impl InProcess {
 
 impl Link for InProcess {
     fn send(&mut self, now: u64, bytes: &[u8]) {
-        self.send_carried(now, bytes.into());
+        self.send_payload(now, bytes.into());
     }
 
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8])) {
-        self.receive_carried(now, &mut |carried| deliver(&carried.into_bytes()));
+        self.receive_payload(now, &mut |carried| deliver(&carried.into_bytes()));
     }
 
-    fn send_carried(&mut self, now: u64, carried: Carried) {
-        if self.random.happens(self.parameters.loss) {
+    fn send_payload(&mut self, now: u64, carried: Payload) {
+        if self.random.bernoulli(self.parameters.loss) {
             return;
         }
         let arrival = self.arrival(now);
-        if self.random.happens(self.parameters.duplication) {
+        if self.random.bernoulli(self.parameters.duplication) {
             self.take_off(arrival, carried.clone());
             let again = self.arrival(now);
             self.take_off(again, carried);
@@ -97,7 +97,7 @@ impl Link for InProcess {
         }
     }
 
-    fn receive_carried(&mut self, now: u64, deliver: &mut dyn FnMut(Carried)) {
+    fn receive_payload(&mut self, now: u64, deliver: &mut dyn FnMut(Payload)) {
         while let Some(flight) = self.in_flight.pop_front_if(|flight| flight.arrival <= now) {
             deliver(flight.carried);
         }

@@ -4,16 +4,16 @@ use dimsart_link::carrier::stream::{self, StreamReceiver};
 
 use super::transit::{Transit, TransitTicks};
 use super::{InProcess, Link};
-use crate::bus::time::ns_seconds;
+use crate::bus::time::ns_to_seconds;
 use crate::bus::{DatagramPath, MediumReport, Timeline, Traffic, Uart, load};
 
 /// Reason for a refused packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Refusal {
     /// Queue full.
-    Full,
+    QueueFull,
     /// The sender is bus-off.
-    Off,
+    BusOff,
     /// Packet too long for the medium.
     TooLong,
 }
@@ -97,8 +97,8 @@ impl<M: Medium> Link for MediumLink<M> {
         self.packets += 1;
         match self.medium.send(now * self.period_ns, bytes) {
             Ok(()) => self.transit.sent(now, bytes),
-            Err(Refusal::Full) => self.full += 1,
-            Err(Refusal::Off) => self.off += 1,
+            Err(Refusal::QueueFull) => self.full += 1,
+            Err(Refusal::BusOff) => self.off += 1,
             Err(Refusal::TooLong) => self.too_long += 1,
         }
     }
@@ -131,7 +131,7 @@ impl<M: Medium> Link for MediumLink<M> {
             dropped: self.full + self.off + self.too_long,
             errors: state.errors,
             bus_offs: state.bus_offs,
-            longest_s: ns_seconds(state.longest_ns),
+            longest_s: ns_to_seconds(state.longest_ns),
         };
         let senders = if state.senders.is_empty() { vec![self.name.clone()] } else { state.senders };
         let faults = self.faults().chain(state.faults).collect();
@@ -156,12 +156,12 @@ impl Medium for Serial {
     fn send(&mut self, now_ns: u64, content: &[u8]) -> Result<(), Refusal> {
         let mut frame = [0; stream::MAX_FRAME_BYTES];
         let frame = stream::encode(content, &mut frame).ok_or(Refusal::TooLong)?;
-        if self.uart.send(now_ns, frame) { Ok(()) } else { Err(Refusal::Full) }
+        if self.uart.send(now_ns, frame) { Ok(()) } else { Err(Refusal::QueueFull) }
     }
 
     fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8])) {
         let receiver = &mut self.receiver;
-        self.uart.receive(now_ns, |_, byte| receiver.take(byte).into_iter().for_each(&mut *deliver));
+        self.uart.receive(now_ns, |_, byte| receiver.push(byte).into_iter().for_each(&mut *deliver));
     }
 
     fn state(&self, _now_ns: u64) -> MediumState {
@@ -180,7 +180,7 @@ impl Medium for Serial {
 
 impl Medium for DatagramPath {
     fn send(&mut self, now_ns: u64, content: &[u8]) -> Result<(), Refusal> {
-        if DatagramPath::send(self, now_ns, content) { Ok(()) } else { Err(Refusal::Full) }
+        if DatagramPath::send(self, now_ns, content) { Ok(()) } else { Err(Refusal::QueueFull) }
     }
 
     fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8])) {

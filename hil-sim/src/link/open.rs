@@ -9,9 +9,9 @@ pub struct Channels {
     /// Sending channel.
     pub out: u16,
     /// Receiving channel.
-    pub listening: u16,
+    pub receive: u16,
     /// Whether packets are authenticated.
-    pub are_authenticated: bool,
+    pub is_authenticated: bool,
 }
 
 /// Error of opening a link.
@@ -36,10 +36,10 @@ pub enum OpenError {
     NoSocketCan,
     /// Both stations have the same address.
     #[error("both sides use {0}: give each side a unique UDP address")]
-    Same(Address),
+    DuplicateAddress(Address),
     /// Only one station has a UDP address.
     #[error("{own} is a UDP address but {peer} is not: both sides must use the same kind of address")]
-    OtherMedium {
+    MediumMismatch {
         /// Own address.
         own: Address,
         /// Peer address.
@@ -57,13 +57,15 @@ pub fn open(
     channels: Channels,
 ) -> Result<(Box<dyn Link>, Option<ArrivalPoll>), OpenError> {
     match (own, peer) {
-        (Address::Udp(one), Address::Udp(other)) if one == other => Err(OpenError::Same(own.clone())),
+        (Address::Udp(one), Address::Udp(other)) if one == other => {
+            Err(OpenError::DuplicateAddress(own.clone()))
+        }
         (Address::Udp(own), Address::Udp(peer)) => {
             let link = Udp::open(*own, *peer)?;
             let arrival = link.arrival();
             Ok((Box::new(link), arrival))
         }
-        (Address::Udp(_), _) => Err(OpenError::OtherMedium { own: own.clone(), peer: peer.clone() }),
+        (Address::Udp(_), _) => Err(OpenError::MediumMismatch { own: own.clone(), peer: peer.clone() }),
         (Address::Serial { path, baud }, _) => {
             let link = Serial::open(path, *baud)?;
             let arrival = link.arrival();

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serialport::SerialPort;
 
-use crate::foreign_text::visible;
+use crate::untrusted_text::escape_line;
 
 /// Timeout of a read.
 const READ_WAIT: Duration = Duration::from_millis(10);
@@ -67,7 +67,7 @@ pub enum PortError {
     },
     /// Simulated port without a server.
     #[error("{port} is not served: start `dimsart serve` with a rig that has a controller of this name")]
-    NotServed {
+    ServerNotFound {
         /// The port.
         port: String,
     },
@@ -120,7 +120,7 @@ pub fn open_port(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
 ///
 /// # Errors
 /// As [`open_port`].
-pub fn open_waiting(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
+pub fn open_with_timeout(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
     open(port, baud, [wait; 2])
 }
 
@@ -194,7 +194,7 @@ fn serial_error(port: &str, error: &serialport::Error) -> PortError {
 /// Lists the serial ports of this computer; empty if unknown.
 fn existing() -> Vec<String> {
     let ports = serialport::available_ports().unwrap_or_default();
-    ports.into_iter().map(|port| visible(&port.port_name)).collect()
+    ports.into_iter().map(|port| escape_line(&port.port_name)).collect()
 }
 
 #[cfg(test)]

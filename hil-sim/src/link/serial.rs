@@ -46,7 +46,7 @@ impl Link for Serial {
         let mut bytes = [0; 256];
         while let Ok(count @ 1..) = self.port.read(&mut bytes) {
             for byte in bytes.iter().take(count) {
-                if let Some(content) = self.receiver.take(*byte) {
+                if let Some(content) = self.receiver.push(*byte) {
                     deliver(content);
                 }
             }

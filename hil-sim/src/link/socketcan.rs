@@ -33,13 +33,12 @@ impl SocketCan {
     pub fn open(interface: &str, is_fd: bool, channels: Channels) -> io::Result<Self> {
         let socket = CanFdSocket::open(interface)?;
         socket.set_nonblocking(true)?;
-        let filter = match u32::from(channels.listening) {
+        let filter = match u32::from(channels.receive) {
             0 => CanFilter::new(EXTENDED, EXTENDED),
             channel => CanFilter::new(channel, EXTENDED | STANDARD_BITS),
         };
         socket.set_filters(&[filter])?;
-        let assembler =
-            if channels.are_authenticated { Assembler::authenticated() } else { Assembler::new() };
+        let assembler = if channels.is_authenticated { Assembler::authenticated() } else { Assembler::new() };
         Ok(Self { socket, is_fd, channels, assembler })
     }
 
@@ -77,7 +76,7 @@ impl Link for SocketCan {
                     unpack(frame.data()).into_iter().for_each(&mut *deliver)
                 }
                 Ok(CanAnyFrame::Normal(frame)) if !self.is_fd => {
-                    let content = self.assembler.take(frame.data(), self.channels.listening);
+                    let content = self.assembler.push(frame.data(), self.channels.receive);
                     content.into_iter().for_each(&mut *deliver);
                 }
                 Ok(_) => {}

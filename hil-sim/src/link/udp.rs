@@ -92,7 +92,7 @@ mod tests {
         let own = link.socket.local_addr().unwrap();
         let arrival = link.arrival().unwrap();
         let heard =
-            |wait_ms| arrival.arrival_before(Instant::now() + Duration::from_millis(wait_ms)).is_some();
+            |wait_ms| arrival.wait_for_arrival(Instant::now() + Duration::from_millis(wait_ms)).is_some();
         stranger.send_to(b"stranger", own).unwrap();
         assert!(!heard(50), "accepted a packet of a stranger");
         peer.send_to(b"peer", own).unwrap();

@@ -45,7 +45,7 @@ impl ChannelEnergy {
     /// Creates the channel between two stations with a wave in each direction, or at one of them. `None` if several
     /// channels would be mixed.
     #[must_use]
-    pub fn of_one_channel(rig: &Rig) -> Option<Self> {
+    pub fn between_two_stations(rig: &Rig) -> Option<Self> {
         let has_one = |station: &Station| {
             let signals = station.dimsart.engine().data_base().signals();
             signals.filter(|(_, entry)| entry.signal.id == types::CH1_WAVES.id).count() <= 1
@@ -58,7 +58,7 @@ impl ChannelEnergy {
     pub fn add(&mut self, rig: &Rig) {
         let Self { ports, grains: sums, smallest, .. } = self;
         let mut there = ports.iter_mut().zip(rig.stations());
-        if !there.all(|((out, into), station)| out.finds(station) && into.finds(station)) {
+        if !there.all(|((out, into), station)| out.is_present(station) && into.is_present(station)) {
             return;
         }
         for ((outgoing, incoming), station) in ports.iter_mut().zip(rig.stations()) {
@@ -79,7 +79,7 @@ impl ChannelEnergy {
 
     /// Returns the minimum energy of any axis, `J`, at most 0; `None` without waves.
     #[must_use]
-    pub fn smallest_j(&self) -> Option<f64> {
+    pub fn min_j(&self) -> Option<f64> {
         (!self.grains.is_empty()).then(|| self.joules(self.smallest))
     }
 
@@ -95,7 +95,7 @@ impl Observer for ChannelEnergy {
     }
 
     fn report(&mut self, _rig: &Rig, outcome: &mut Outcome) {
-        outcome.energy_min_j = self.smallest_j();
+        outcome.energy_min_j = self.min_j();
     }
 }
 

@@ -26,7 +26,7 @@ const NOTABLE: f64 = 1e-3;
 /// Upper bound of the creep of a hand with force `force_n` by rounding at a side of impedance `impedance_n_s_per_m`,
 /// `m/s`.
 #[must_use]
-pub fn by_rounding_m_per_s(force_n: f64, impedance_n_s_per_m: f64) -> f64 {
+pub fn rounding_creep_m_per_s(force_n: f64, impedance_n_s_per_m: f64) -> f64 {
     ROUNDINGS * UNIT_ROUNDOFF * force_n / impedance_n_s_per_m
 }
 
@@ -59,7 +59,7 @@ impl Creep {
     /// Maximum creep of a hand in contact by rounding, `m/h`; `None` if a station has no waves.
     fn by_rounding_m_per_h(&self) -> Option<f64> {
         let of = |controller: &Controller| {
-            Some(by_rounding_m_per_s(self.contact_force_n, controller.impedance_n_s_per_m?))
+            Some(rounding_creep_m_per_s(self.contact_force_n, controller.impedance_n_s_per_m?))
         };
         Some(SECONDS_PER_HOUR * self.controllers.iter().map(of).sum::<Option<f64>>()?)
     }
@@ -70,7 +70,7 @@ impl Creep {
         #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
         let ticks = (rig.ticks() as f64).max(1.0);
         let creeps = |(controller, received): (&Controller, &Received)| {
-            let (policy, impedance_n_s_per_m) = (controller.losing_policy?, controller.impedance_n_s_per_m?);
+            let (policy, impedance_n_s_per_m) = (controller.lossy_policy?, controller.impedance_n_s_per_m?);
             let missing = f64::from(received.lost) + f64::from(received.superseded);
             let share = f64::from(self.every_ticks) * missing / ticks;
             let creep_mm_per_s = 1e3 * share * max_n / impedance_n_s_per_m;

@@ -116,8 +116,8 @@ impl Follow {
         others_s: &[f64],
     ) -> Self {
         // A step before the start is the initial value of the reference.
-        let is_answered = |motion: &&Motion| matches!(motion, Motion::Step(_)) && motion.start_s() >= 0.0;
-        let step = motions.iter().find(is_answered);
+        let has_session = |motion: &&Motion| matches!(motion, Motion::Step(_)) && motion.start_s() >= 0.0;
+        let step = motions.iter().find(has_session);
         let step = step.map(|motion| {
             let at_s = motion.start_s();
             let until_s = others_s.iter().copied().filter(|other_s| *other_s > at_s);
@@ -153,7 +153,7 @@ impl Follow {
             0 => station.plant.position(self.axis),
             quantity => {
                 let mut values = [f64::NAN; MAX_QUANTITIES];
-                station.plant.look(self.axis, &mut values);
+                station.plant.read_quantities(self.axis, &mut values);
                 values.get(quantity).copied().unwrap_or(f64::NAN)
             }
         };

@@ -79,7 +79,7 @@ impl LimitCycleObserver {
     fn found(&self, rig: &Rig, faults: &mut Vec<String>, undecided: &mut Vec<String>) -> Vec<LimitCycle> {
         let mut widest = BTreeMap::new();
         for (station, axis, swing) in &self.axes {
-            let found = swing.found();
+            let found = swing.motion();
             let width = match found {
                 Motion::None => continue,
                 Motion::Oscillation { amplitude, .. } | Motion::Undecided { amplitude, .. } => amplitude,
@@ -254,7 +254,7 @@ impl AxisObserver {
 
     /// Returns the motion at the end.
     #[must_use]
-    pub fn found(&self) -> Motion {
+    pub fn motion(&self) -> Motion {
         let [before, last] = self.quarters.map(|width| width.length());
         let largest = self.whole.length();
         let lasts = last >= LASTING * before && last > FLOOR * largest && before > 0.0;
@@ -374,7 +374,7 @@ mod tests {
             let time_s = f64::from(tick) * 1e-3;
             swing.add(time_s, position(time_s), || true);
         }
-        swing.found()
+        swing.motion()
     }
 
     fn found(position: impl Fn(f64) -> f64) -> Option<(f64, f64, bool)> {
@@ -412,7 +412,11 @@ mod tests {
             let time_s = f64::from(tick) * 1e-3;
             swing.add(time_s, step(time_s) + hunting(time_s, 0.9), || false);
         }
-        assert!(matches!(swing.found(), Motion::Oscillation { is_chatter: true, .. }), "{:?}", swing.found());
+        assert!(
+            matches!(swing.motion(), Motion::Oscillation { is_chatter: true, .. }),
+            "{:?}",
+            swing.motion()
+        );
     }
 
     fn step(time_s: f64) -> f64 {

@@ -88,7 +88,7 @@ impl Obstacle {
 
     fn is_touched(&self, station: &Station) -> bool {
         let position = station.plant.position(self.axis);
-        self.spring.is_some() || self.wall.as_ref().is_some_and(|wall| wall.depth(position) > 0.0)
+        self.spring.is_some() || self.wall.as_ref().is_some_and(|wall| wall.penetration_depth(position) > 0.0)
     }
 }
 

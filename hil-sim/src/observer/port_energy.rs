@@ -39,9 +39,9 @@ impl Observer for PortEnergy {
             }
             for (energy_j, (before, now)) in energy_j.iter_mut().zip(before.zip(now)) {
                 // An ideal source holds its force; the force of a motor varies.
-                let from = if now.is_held { now.force } else { before.force };
+                let from = if now.is_zero_order_hold { now.force } else { before.force };
                 *energy_j -= 0.5 * (from + now.force) * (now.position - before.position);
-                are_together |= now.is_shared;
+                are_together |= now.is_coupled;
             }
         }
         if are_together {

@@ -72,7 +72,7 @@ struct Silence {
 
 /// Returns the links of a station without accepted packets in all `ticks` of a run.
 fn silences(station: &Station, ticks: u64) -> Vec<Silence> {
-    let own_ticks = ticks.div_ceil(station.every_ticks() as u64);
+    let own_ticks = ticks.div_ceil(station.ticks_per_step() as u64);
     let of =
         |signal, number| words(station, signal).find(|(found, _)| *found == number).map(|(_, word)| word);
     let links = words(station, types::LINK_AGE).filter(|(_, age)| ticks > 0 && u64::from(*age) >= own_ticks);

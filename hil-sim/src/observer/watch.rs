@@ -22,7 +22,7 @@ const REVERSALS: u32 = 40;
 
 /// Observes a rig tick by tick.
 #[derive(Debug)]
-pub struct Watch {
+pub struct FaultMonitor {
     stations: Vec<Watched>,
     /// Whether growth has been reported.
     has_seen_growth: bool,
@@ -76,7 +76,7 @@ struct Signal {
     growth: Vec<Growth>,
 }
 
-impl Watch {
+impl FaultMonitor {
     /// Creates an observer of all stations; `ranges` are in their order.
     #[must_use]
     pub fn new(rig: &Rig, ranges: impl IntoIterator<Item = Ranges>) -> Self {
@@ -200,7 +200,7 @@ impl Watch {
     }
 }
 
-impl Observer for Watch {
+impl Observer for FaultMonitor {
     fn observe(&mut self, rig: &Rig) -> ControlFlow<()> {
         match self.check(rig) {
             None => {}

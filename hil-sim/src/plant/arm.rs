@@ -80,7 +80,7 @@ impl ArmParameters {
         let mut stops = Vec::new();
         for (axis, link) in self.link.iter().enumerate() {
             let path = format!("link[{axis}]");
-            link.check().map_err(|error| error.within(&path))?;
+            link.check().map_err(|error| error.with_path_prefix(&path))?;
             actuators.push(link.actuator(&path));
             if let Some(ends) = &link.stops {
                 let direction = core::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });

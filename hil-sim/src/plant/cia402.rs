@@ -76,7 +76,7 @@ impl Cia402Drive {
     }
 
     /// Removes an object, as in a drive without it.
-    pub fn forget(&mut self, object: u16) {
+    pub fn remove_object(&mut self, object: u16) {
         self.objects.forget(object);
     }
 
@@ -123,7 +123,7 @@ impl Cia402Drive {
 
     /// Returns the time until it is disabled without a heartbeat, `s`; `None` without monitoring.
     #[must_use]
-    pub fn left_s(&self) -> Option<f64> {
+    pub fn time_to_timeout_s(&self) -> Option<f64> {
         let timeout_s = 1e-3 * f64::from(low(self.objects.value(0x1016, 1)));
         let since_s = self.since_host_s.filter(|_| timeout_s > 0.0)?;
         Some((timeout_s - since_s).max(0.0))
@@ -135,7 +135,7 @@ impl Cia402Drive {
             self.state = FAULT;
         }
         self.since_host_s = self.since_host_s.map(|since_s| since_s + period_s);
-        if self.left_s().is_some_and(|left_s| left_s <= 0.0) {
+        if self.time_to_timeout_s().is_some_and(|time_to_timeout_s| time_to_timeout_s <= 0.0) {
             self.since_host_s = None;
             self.lose_host();
         }
@@ -149,7 +149,7 @@ impl Cia402Drive {
     }
 
     /// Returns frames to send.
-    pub fn sent(&mut self) -> impl Iterator<Item = (u16, Vec<u8>)> {
+    pub fn take_frames(&mut self) -> impl Iterator<Item = (u16, Vec<u8>)> {
         core::mem::take(&mut self.frames).into_iter()
     }
 

@@ -31,7 +31,7 @@ use nalgebra::{SMatrix, SVector};
 use state::State;
 
 /// One value per axis; surplus entries are 0.
-pub type Axes = [f64; MAX_DOF];
+pub type AxisValues = [f64; MAX_DOF];
 /// One row and column per axis; surplus entries are 0.
 pub type Matrix = SMatrix<f64, MAX_DOF, MAX_DOF>;
 
@@ -41,16 +41,16 @@ pub trait Mechanism: core::fmt::Debug + Send {
     fn axes(&self) -> usize;
 
     /// Computes mass matrix and bias at `position` and `velocity`.
-    fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics;
+    fn dynamics(&self, position: &AxisValues, velocity: &AxisValues) -> Dynamics;
 
     /// Returns the potential energy, `J`.
-    fn potential_j(&self, position: &Axes) -> f64;
+    fn potential_j(&self, position: &AxisValues) -> f64;
 
     /// Returns the tip position in the base frame, `m`.
-    fn tip_m(&self, position: &Axes) -> [f64; 3];
+    fn tip_m(&self, position: &AxisValues) -> [f64; 3];
 
     /// Returns the Jacobian of the tip: `v = J q'`, one row per direction in space.
-    fn tip_jacobian(&self, position: &Axes) -> [Axes; 3];
+    fn tip_jacobian(&self, position: &AxisValues) -> [AxisValues; 3];
 }
 
 /// The equations of motion at one instant: `mass · q'' + bias = τ`.
@@ -59,7 +59,7 @@ pub struct Dynamics {
     /// Symmetric and positive definite.
     pub mass: Matrix,
     /// Coriolis, centrifugal and gravity terms, `N m` or `N`.
-    pub bias: Axes,
+    pub bias: AxisValues,
 }
 
 /// True state of one axis, without sensors.
@@ -93,7 +93,7 @@ pub struct Coupled<M> {
     stops: Vec<Stop>,
     state: State,
     /// Forces of the actuators in the last period.
-    actuator_forces: Axes,
+    actuator_forces: AxisValues,
 }
 
 impl<M: Mechanism> Coupled<M> {
@@ -124,7 +124,7 @@ impl<M: Mechanism> Coupled<M> {
     /// Returns the true state of an axis; 0 for a nonexistent axis.
     #[must_use]
     pub fn axis(&self, axis: usize) -> CoupledAxisState {
-        let of = |values: &Axes| values.get(axis).copied().unwrap_or_default();
+        let of = |values: &AxisValues| values.get(axis).copied().unwrap_or_default();
         CoupledAxisState {
             position: of(&self.state.position),
             velocity: of(&self.state.velocity),
@@ -134,18 +134,18 @@ impl<M: Mechanism> Coupled<M> {
 
     /// Returns all positions, `rad` or `m`.
     #[must_use]
-    pub fn positions(&self) -> &Axes {
+    pub fn positions(&self) -> &AxisValues {
         &self.state.position
     }
 
     /// Returns all velocities, `rad/s` or `m/s`.
     #[must_use]
-    pub fn velocities(&self) -> &Axes {
+    pub fn velocities(&self) -> &AxisValues {
         &self.state.velocity
     }
 
     /// Sets positions and velocities; missing entries are 0, surplus is ignored. The energy account is not affected.
-    pub fn place(&mut self, positions: &[f64], velocities: &[f64]) {
+    pub fn set_state(&mut self, positions: &[f64], velocities: &[f64]) {
         self.state.position = self.axes_of(positions);
         self.state.velocity = self.axes_of(velocities);
     }
@@ -165,14 +165,14 @@ impl<M: Mechanism> Coupled<M> {
 
     /// Returns the torques (`N m` or `N`) that compensate gravity at rest in `positions`.
     #[must_use]
-    pub fn gravity_torques(&self, positions: &[f64]) -> Axes {
+    pub fn gravity_torques(&self, positions: &[f64]) -> AxisValues {
         self.bias(positions, &[])
     }
 
     /// Returns Coriolis, centrifugal and gravity terms, `N m` or `N`: the torques for zero acceleration, without
     /// friction.
     #[must_use]
-    pub fn bias(&self, positions: &[f64], velocities: &[f64]) -> Axes {
+    pub fn bias(&self, positions: &[f64], velocities: &[f64]) -> AxisValues {
         self.mechanism.dynamics(&self.axes_of(positions), &self.axes_of(velocities)).bias
     }
 
@@ -190,7 +190,7 @@ impl<M: Mechanism> Coupled<M> {
 
     /// Returns the Jacobian of the tip in `positions`: one row per direction in space, one column per axis.
     #[must_use]
-    pub fn tip_jacobian(&self, positions: &[f64]) -> [Axes; 3] {
+    pub fn tip_jacobian(&self, positions: &[f64]) -> [AxisValues; 3] {
         self.mechanism.tip_jacobian(&self.axes_of(positions))
     }
 
@@ -206,7 +206,7 @@ impl<M: Mechanism> Coupled<M> {
         self.stops.iter().any(|stop| stop.stored_j(&self.state.position) > 0.0)
     }
 
-    fn tip_of(&self, time_s: f64, position: &Axes, velocity: &Axes) -> Tip {
+    fn tip_of(&self, time_s: f64, position: &AxisValues, velocity: &AxisValues) -> Tip {
         Tip {
             time_s,
             position_m: self.mechanism.tip_m(position),
@@ -215,7 +215,7 @@ impl<M: Mechanism> Coupled<M> {
     }
 
     /// Returns mass matrix and bias, including motor inertias.
-    fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics {
+    fn dynamics(&self, position: &AxisValues, velocity: &AxisValues) -> Dynamics {
         let mut dynamics = self.mechanism.dynamics(position, velocity);
         for (axis, actuator) in self.actuators.iter().enumerate() {
             dynamics.mass[(axis, axis)] += actuator.inertia;
@@ -224,7 +224,7 @@ impl<M: Mechanism> Coupled<M> {
     }
 
     /// Resizes to the number of axes; missing values are 0.
-    pub(super) fn axes_of(&self, values: &[f64]) -> Axes {
+    pub(super) fn axes_of(&self, values: &[f64]) -> AxisValues {
         let mut axes = [0.0; MAX_DOF];
         for (axis, value) in axes.iter_mut().take(self.axes()).zip(values) {
             *axis = *value;
@@ -234,7 +234,7 @@ impl<M: Mechanism> Coupled<M> {
 }
 
 /// Returns the torques `Jᵀ f` of a force at the tip.
-pub(super) fn transposed(jacobian: &[Axes; 3], force_n: &[f64; 3]) -> Axes {
+pub(super) fn transposed(jacobian: &[AxisValues; 3], force_n: &[f64; 3]) -> AxisValues {
     let mut torques = [0.0; MAX_DOF];
     for (row, force_n) in jacobian.iter().zip(force_n) {
         for (torque, lever) in torques.iter_mut().zip(row) {
@@ -244,10 +244,10 @@ pub(super) fn transposed(jacobian: &[Axes; 3], force_n: &[f64; 3]) -> Axes {
     torques
 }
 
-fn times(matrix: &Matrix, vector: &Axes) -> Axes {
+fn times(matrix: &Matrix, vector: &AxisValues) -> AxisValues {
     (matrix * SVector::from(*vector)).into()
 }
 
-fn dot(one: &Axes, other: &Axes) -> f64 {
+fn dot(one: &AxisValues, other: &AxisValues) -> f64 {
     one.iter().zip(other).map(|(one, other)| one * other).sum()
 }

@@ -14,7 +14,7 @@ mod moteus;
 
 use super::joint::{Joint, JointState};
 use crate::bus::can::{CanBus, CanFrame, Format, INTERFRAME_BITS, Identifier};
-use crate::bus::time::{bits_ns, ns_seconds, seconds_ns};
+use crate::bus::time::{bits_to_ns, ns_to_seconds, seconds_to_ns};
 use common::{BusParameters, DriveNode};
 use drive::{Cia402Frame, Cia402Host, DriveReading};
 
@@ -99,7 +99,7 @@ impl DriveBus {
     }
 
     /// Sets whether an axis is commanded or off from the next period on.
-    pub fn switch(&mut self, axis: usize, is_on: bool) {
+    pub fn set_enabled(&mut self, axis: usize, is_on: bool) {
         if let Some(axis) = self.axes.get_mut(axis) {
             axis.is_on = is_on;
         }
@@ -115,8 +115,8 @@ impl DriveBus {
         outside: &dyn Fn(usize, f64) -> f64,
     ) {
         let begin_ns = self.now_ns;
-        let end_ns = begin_ns + seconds_ns(period_s);
-        let reply_ns = seconds_ns(self.wires.reply_delay_s).max(1);
+        let end_ns = begin_ns + seconds_to_ns(period_s);
+        let reply_ns = seconds_to_ns(self.wires.reply_delay_s).max(1);
         self.find_faults(start_s, period_s);
         self.send(start_s, begin_ns, command);
         // Replies have this delay, so no observation in a step is late for the bus.
@@ -127,7 +127,7 @@ impl DriveBus {
                 let is_absent = self.wires.is_absent(Some(place), start_s);
                 let Some(axis) = self.axes.get_mut(place) else { continue };
                 let push = |time_s: f64| outside(place, time_s);
-                axis.move_on(start_s, ns_seconds(arrival_ns.saturating_sub(begin_ns)), &push);
+                axis.move_on(start_s, ns_to_seconds(arrival_ns.saturating_sub(begin_ns)), &push);
                 if is_absent {
                     continue;
                 }
@@ -180,7 +180,7 @@ impl DriveBus {
         // After the longest frames of the drives.
         let bits =
             CanFrame::max_wire_bits(Identifier::Standard(0), Format::Classic, 4).sum() + INTERFRAME_BITS;
-        let wait_ns = bits_ns(bits, self.wires.can.bits_per_s) * self.axes.len() as u64;
+        let wait_ns = bits_to_ns(bits, self.wires.can.bits_per_s) * self.axes.len() as u64;
         let (sync, heartbeat) = sync.frames();
         let frames = [Some(sync), heartbeat].into_iter().flatten().filter_map(|frame| classic(&frame));
         self.bus.submit(self.host, begin_ns + wait_ns, frames.collect());
@@ -204,7 +204,10 @@ impl Axis {
     fn move_on(&mut self, start_s: f64, until_s: f64, outside: &dyn Fn(f64) -> f64) {
         while until_s - self.done_s > SHORTEST_S {
             let rest_s = until_s - self.done_s;
-            let step_s = self.drive.left_s().map_or(rest_s, |left_s| left_s.max(SHORTEST_S).min(rest_s));
+            let step_s = self
+                .drive
+                .time_to_timeout_s()
+                .map_or(rest_s, |time_to_timeout_s| time_to_timeout_s.max(SHORTEST_S).min(rest_s));
             self.joint.advance(start_s + self.done_s, step_s, self.drive.torque_nm(), outside);
             self.done_s += step_s;
             let JointState { position, velocity, .. } = self.joint.state();

@@ -140,21 +140,21 @@ impl JointParameters {
     /// # Errors
     /// As [`check`](Self::check).
     pub fn build(&self) -> Result<Joint, ParameterError> {
-        self.load.check().map_err(|error| error.within("load"))?;
-        self.motor.check().map_err(|error| error.within("motor"))?;
-        self.gear.check().map_err(|error| error.within("gear"))?;
-        self.friction.check().map_err(|error| error.within("friction"))?;
+        self.load.check().map_err(|error| error.with_path_prefix("load"))?;
+        self.motor.check().map_err(|error| error.with_path_prefix("motor"))?;
+        self.gear.check().map_err(|error| error.with_path_prefix("gear"))?;
+        self.friction.check().map_err(|error| error.with_path_prefix("friction"))?;
         let rotor_kg_m2 = self.motor.rotor_inertia_kg_m2() + self.gear.inertia_kg_m2;
         let backlash = self.gear.backlash;
         if let Some(flexible) = &self.flexible {
-            flexible.check().map_err(|error| error.within("flexible"))?;
+            flexible.check().map_err(|error| error.with_path_prefix("flexible"))?;
             let allowed = "> 0 with `flexible` unless the rotor has inertia";
             require("gear.inertia_kg_m2", self.gear.inertia_kg_m2, rotor_kg_m2 > 0.0, allowed)?;
         } else {
             require("gear.backlash", backlash, backlash <= 0.0, "0 without `flexible`")?;
         }
         if let Some(stops) = &self.stops {
-            stops.check().map_err(|error| error.within("stops"))?;
+            stops.check().map_err(|error| error.with_path_prefix("stops"))?;
         }
         let mut mechanics = Mechanics {
             load: self.load.clone(),
@@ -233,7 +233,7 @@ impl Joint {
 
     /// Like [`advance`](Self::advance), with a constant external force.
     #[inline]
-    pub fn advance_held(&mut self, start_s: f64, period_s: f64, command: f64, force: f64) {
+    pub fn advance_with_constant_force(&mut self, start_s: f64, period_s: f64, command: f64, force: f64) {
         if let Some(steps) = &mut self.exact {
             let wanted_nm = command / self.mechanics.gear.ratio;
             self.inputs = Inputs { wanted_nm, load: force, ..self.inputs };
@@ -276,7 +276,7 @@ impl Joint {
     }
 
     /// Changes the spring of its load; the energy of the change is not accounted.
-    pub fn hold(&mut self, stiffness: f64, rest_position: f64) {
+    pub fn set_load_spring(&mut self, stiffness: f64, rest_position: f64) {
         let load = &mut self.mechanics.load;
         let before_j = load.potential_j(self.state.position);
         (load.stiffness, load.rest_position) = (stiffness, rest_position);

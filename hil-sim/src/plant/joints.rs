@@ -3,12 +3,12 @@
 use super::{Actuation, Joint, Plant};
 
 /// Force on a joint by time, `s`, constant within a period.
-pub type Push = Box<dyn Fn(f64) -> f64 + Send>;
+pub type ExternalForce = Box<dyn Fn(f64) -> f64 + Send>;
 
 /// Independent joints and their external forces.
 #[derive(Default)]
 pub struct Joints {
-    joints: Vec<(Joint, Option<Push>)>,
+    joints: Vec<(Joint, Option<ExternalForce>)>,
 }
 
 impl core::fmt::Debug for Joints {
@@ -20,7 +20,7 @@ impl core::fmt::Debug for Joints {
 impl Joints {
     /// Creates a plant of joints with their external forces.
     #[must_use]
-    pub fn new(joints: Vec<(Joint, Option<Push>)>) -> Self {
+    pub fn new(joints: Vec<(Joint, Option<ExternalForce>)>) -> Self {
         Self { joints }
     }
 
@@ -60,9 +60,14 @@ impl Plant for Joints {
     }
 
     fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
-        let actuation = |(joint, _): &(Joint, Option<Push>)| {
+        let actuation = |(joint, _): &(Joint, Option<ExternalForce>)| {
             let state = joint.state();
-            Actuation { position: state.position, force: state.force, is_held: true, is_shared: false }
+            Actuation {
+                position: state.position,
+                force: state.force,
+                is_zero_order_hold: true,
+                is_coupled: false,
+            }
         };
         actuations.extend(self.joints.iter().map(actuation));
     }
@@ -75,7 +80,7 @@ impl Plant for Joints {
         &[("position", "m"), ("velocity", "m/s"), ("actuator_force", "N")]
     }
 
-    fn look(&self, axis: usize, values: &mut [f64]) {
+    fn read_quantities(&self, axis: usize, values: &mut [f64]) {
         let Some(state) = self.joint(axis).map(Joint::state) else { return };
         for (entry, value) in values.iter_mut().zip([state.position, state.velocity, state.force]) {
             *entry = value;

@@ -90,9 +90,9 @@ impl MoteusDrive {
 
     /// Returns the time until its timeout, `s`; `None` if inactive or without a timeout.
     #[must_use]
-    pub fn left_s(&self) -> Option<f64> {
-        let left_s = self.timeout_s() - self.since_command_s;
-        (self.mode == MODE_POSITION && !left_s.is_nan()).then_some(left_s.max(0.0))
+    pub fn time_to_timeout_s(&self) -> Option<f64> {
+        let time_to_timeout_s = self.timeout_s() - self.since_command_s;
+        (self.mode == MODE_POSITION && !time_to_timeout_s.is_nan()).then_some(time_to_timeout_s.max(0.0))
     }
 
     /// NaN: no timeout.

@@ -15,7 +15,7 @@ pub struct ParameterError {
 impl ParameterError {
     /// Prefixes the path: `mass_kg` within `device` becomes `device.mass_kg`.
     #[must_use]
-    pub fn within(mut self, parent: &str) -> Self {
+    pub fn with_path_prefix(mut self, parent: &str) -> Self {
         self.path = format!("{parent}.{}", self.path);
         self
     }

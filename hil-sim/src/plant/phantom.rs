@@ -13,7 +13,7 @@ mod tests;
 
 pub use linkage::{Linkage, LinkageParameters};
 
-use super::coupled::{Actuator, Axes, Coupled, CoupledAxisState, Stop, Tip, transposed};
+use super::coupled::{Actuator, AxisValues, Coupled, CoupledAxisState, Stop, Tip, transposed};
 use super::joint::{JointEnergy, StopsParameters};
 use super::parameter::{ParameterError, finite, not_negative, positive, positive_or_infinite};
 use dimsart_core::limits::MAX_DOF;
@@ -143,7 +143,7 @@ impl PhantomParameters {
     /// # Errors
     /// As [`check`](Self::check).
     pub fn build(&self) -> Result<Phantom, ParameterError> {
-        self.linkage.check().map_err(|error| error.within("linkage"))?;
+        self.linkage.check().map_err(|error| error.with_path_prefix("linkage"))?;
         not_negative("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2)?;
         positive_or_infinite("motor_limit_nm", self.motor_limit_nm)?;
         not_negative("viscous_nms_per_rad", self.viscous_nms_per_rad)?;
@@ -190,7 +190,7 @@ impl PhantomParameters {
     fn stop(
         &self,
         [min_path, max_path]: &[String; 2],
-        direction: Axes,
+        direction: AxisValues,
         min: f64,
         max: f64,
     ) -> Result<Option<Stop>, ParameterError> {
@@ -241,7 +241,7 @@ impl Phantom {
         start_s: f64,
         period_s: f64,
         wanted: [f64; 3],
-        outside: &dyn Fn(f64, &Axes, &Axes) -> Axes,
+        outside: &dyn Fn(f64, &AxisValues, &AxisValues) -> AxisValues,
     ) {
         let torques_nm = self.torques(wanted);
         self.body.advance_under(start_s, period_s, torques_nm, outside);
@@ -260,7 +260,7 @@ impl Phantom {
     }
 
     /// Motor torques at the joints for a command of its port, `N m`.
-    fn torques(&self, wanted: [f64; 3]) -> Axes {
+    fn torques(&self, wanted: [f64; 3]) -> AxisValues {
         match self.port {
             PhantomPort::Cartesian => transposed(&self.body.tip_jacobian(self.body.positions()), &wanted),
             PhantomPort::Joint | PhantomPort::HeldAtTip => self.body.axes_of(&wanted),
@@ -293,7 +293,7 @@ impl Phantom {
 
     /// Returns mass matrix, bias, gravity, kinematics.
     #[must_use]
-    pub fn body(&self) -> &Coupled<Linkage> {
+    pub fn dynamics(&self) -> &Coupled<Linkage> {
         &self.body
     }
 
@@ -302,7 +302,7 @@ impl Phantom {
     }
 
     /// Sets angles and speeds of the axes, `rad` and `rad/s`.
-    pub fn place(&mut self, positions_rad: &[f64; 3], velocities_rad_per_s: &[f64; 3]) {
-        self.body.place(positions_rad, velocities_rad_per_s);
+    pub fn set_state(&mut self, positions_rad: &[f64; 3], velocities_rad_per_s: &[f64; 3]) {
+        self.body.set_state(positions_rad, velocities_rad_per_s);
     }
 }

@@ -4,7 +4,7 @@ use dimsart_core::limits::MAX_DOF;
 
 use super::axis::{Axis, AxisState};
 use crate::experiment::ExperimentError;
-use crate::plant::{Arm, Axes, DriveBus, Joint, JointParameters, Phantom, PhantomPort, Repetition};
+use crate::plant::{Arm, AxisValues, DriveBus, Joint, JointParameters, Phantom, PhantomPort, Repetition};
 use crate::rig_file::{AxisSection, DeviceSection};
 
 /// The plant of a device.
@@ -35,7 +35,7 @@ impl Body {
             let place = format!("device '{}', axis {axis}", section.name);
             move |error| ExperimentError::Plant { place, error }
         };
-        if !section.moves() {
+        if !section.has_actuators() {
             return Ok(Self::Joints(Vec::new()));
         }
         let inertia = |axis: &AxisSection| axis.hand.as_ref().map_or(0.0, |hand| hand.inertia);
@@ -127,7 +127,7 @@ impl Body {
         match self {
             Self::Joints(joints) => {
                 if let Some(joint) = joints.get_mut(axis) {
-                    joint.hold(stiffness, rest_position);
+                    joint.set_load_spring(stiffness, rest_position);
                 }
             }
             Self::Drives(_) | Self::Arm(_) | Self::Phantom(_) => {}
@@ -136,7 +136,7 @@ impl Body {
 
     /// Returns its state by axis.
     pub(super) fn values(&self) -> Vec<f64> {
-        let coupled = |positions: &Axes, velocities: &Axes, axes: usize| {
+        let coupled = |positions: &AxisValues, velocities: &AxisValues, axes: usize| {
             positions.iter().take(axes).chain(velocities.iter().take(axes)).copied().collect()
         };
         match self {
@@ -146,7 +146,7 @@ impl Body {
             }
             Self::Arm(arm) => coupled(arm.positions(), arm.velocities(), arm.axes()),
             Self::Phantom(tip) => {
-                let body = tip.phantom.body();
+                let body = tip.phantom.dynamics();
                 coupled(body.positions(), body.velocities(), body.axes())
             }
         }
@@ -164,8 +164,8 @@ impl Body {
         match self {
             Self::Joints(joints) => joints.iter_mut().for_each(|joint| set(joint, &mut left)),
             Self::Drives(bus) => bus.joints_mut().for_each(|joint| set(joint, &mut left)),
-            Self::Arm(arm) => arm.place(positions, velocities),
-            Self::Phantom(tip) => tip.phantom.body_mut().place(positions, velocities),
+            Self::Arm(arm) => arm.set_state(positions, velocities),
+            Self::Phantom(tip) => tip.phantom.body_mut().set_state(positions, velocities),
         }
     }
 
@@ -175,14 +175,14 @@ impl Body {
             Self::Joints(joints) => joints.get(axis).is_some_and(Joint::is_at_stop),
             Self::Drives(bus) => bus.joint(axis).is_some_and(Joint::is_at_stop),
             Self::Arm(arm) => arm.is_at_stop(),
-            Self::Phantom(tip) => tip.phantom.body().is_at_stop(),
+            Self::Phantom(tip) => tip.phantom.dynamics().is_at_stop(),
         }
     }
 
     /// Sets whether the actuator of an axis is commanded or off from the next period on.
-    pub(super) fn switch(&mut self, axis: usize, is_on: bool) {
+    pub(super) fn set_enabled(&mut self, axis: usize, is_on: bool) {
         if let Self::Drives(bus) = self {
-            bus.switch(axis, is_on);
+            bus.set_enabled(axis, is_on);
         }
     }
 
@@ -206,7 +206,7 @@ impl Body {
         if let Self::Joints(joints) = self {
             for ((joint, axis), command) in joints.iter_mut().zip(axes).zip(commands) {
                 match axis.still_outside(repetition, start_s, period_s) {
-                    Some(force) => joint.advance_held(start_s, period_s, *command, force),
+                    Some(force) => joint.advance_with_constant_force(start_s, period_s, *command, force),
                     None => {
                         let outside = |time_s: f64| axis.outside(repetition, time_s);
                         joint.advance(start_s, period_s, *command, &outside);
@@ -236,7 +236,10 @@ impl Body {
 }
 
 /// External forces on coupled axes by time, position and velocity.
-fn pushes(axes: usize, force: &dyn Fn(usize, f64, f64, f64) -> f64) -> impl Fn(f64, &Axes, &Axes) -> Axes {
+fn pushes(
+    axes: usize,
+    force: &dyn Fn(usize, f64, f64, f64) -> f64,
+) -> impl Fn(f64, &AxisValues, &AxisValues) -> AxisValues {
     move |time_s, positions, velocities| {
         let mut forces = [0.0; MAX_DOF];
         let places = positions.iter().zip(velocities).enumerate().take(axes);

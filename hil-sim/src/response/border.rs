@@ -72,7 +72,7 @@ struct Robot<'f> {
 fn is_known(engine: &Engine) -> bool {
     let known = |module: ModuleRef| {
         let is_one = |name: &&str| ModuleRef::new(name, 1) == module;
-        let is_in_every_tick = engine.rate_of(module).is_none_or(|rate| rate.every_ticks == 1);
+        let is_in_every_tick = engine.module_rate(module).is_none_or(|rate| rate.every_ticks == 1);
         KNOWN.iter().any(is_one) && is_in_every_tick
     };
     engine.instances().filter(|module| engine.is_plugged_in(*module)).all(known)

@@ -13,10 +13,10 @@ use super::moves::motions;
 use crate::experiment::ExperimentError;
 use crate::law::Law;
 use crate::link::{Buses, InProcess, Link, Route};
-use crate::rig::{End, Rig, SimulatedDimsart, Station};
-use crate::rig_file::part::Part;
+use crate::rig::{Rig, SimulatedDimsart, Station, StationLink};
+use crate::rig_file::part::ControllerAxes;
 use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
-use crate::schemes::{self, Loaded, SIDES, SchemeText};
+use crate::schemes::{self, LoadReport, SIDES, SchemeText};
 
 /// Odd number with mixed bits, to decorrelate consecutive seeds.
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -24,7 +24,7 @@ const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Builds all devices, controllers and links. `let_go_s`: release times of the pressing hand by axis; empty without a press.
 pub(super) fn rig(file: &RigFile, let_go_s: &[f64]) -> Result<Rig, ExperimentError> {
     let mut rig = Rig::new(file.sample_period_s);
-    let parts = Part::of_all(file);
+    let parts = ControllerAxes::all(file);
     for device in &file.devices {
         let mut of_device = parts.iter().filter(|part| part.device.name == device.name);
         let machine = Arc::new(Mutex::new(machine(file, device, of_device.clone().count(), let_go_s)?));
@@ -54,14 +54,14 @@ pub(super) fn machine(
 /// Maximum links over a CAN bus without channels: two controllers with one link in each direction.
 const LINKS_WITHOUT_CHANNELS: usize = 2;
 
-fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {
+fn connect(file: &RigFile, parts: &[ControllerAxes<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {
     let mut buses = Buses::new(&file.buses, file.sample_period_s, file.seed, &file.folder)?;
     let mut taken: Vec<(&str, u16, &str)> = Vec::new();
     for (number, link) in (0..).zip(&file.links) {
         let LinkSection { from, to, from_link, to_link, bus, carrier, .. } = link;
         let end = |name: &str, link: u8| {
             let station = parts.iter().position(|part| part.name() == name).unwrap_or_default();
-            End { station, link: link.into() }
+            StationLink { station, link: link.into() }
         };
         let (start, end) = (end(from, *from_link), end(to, *to_link));
         let behind = InProcess::new(*carrier, file.seed.wrapping_mul(2).wrapping_add(number));
@@ -106,7 +106,7 @@ pub struct LoadedController {
     /// Controller with the valid rows of its scheme.
     pub dimsart: Box<SimulatedDimsart>,
     /// Errors of the scheme.
-    pub loaded: Loaded,
+    pub loaded: LoadReport,
 }
 
 /// Loads the schemes of all controllers of a rig, valid or not.
@@ -114,26 +114,29 @@ pub struct LoadedController {
 /// # Errors
 /// [`ExperimentError`] for an invalid device or an unreadable scheme.
 pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, ExperimentError> {
-    let of_part = |part: &Part<'_>| match loaded_controller(file, part) {
+    let of_part = |part: &ControllerAxes<'_>| match loaded_controller(file, part) {
         // Reports the errors of all controllers.
         Err(ExperimentError::SchemeFile(error)) => Ok(LoadedController {
             name: part.name().to_owned(),
             scheme: part.controller.scheme.clone(),
             dimsart: empty_controller(file, part)?,
-            loaded: Loaded { errors: vec![error.to_string()], ..Loaded::default() },
+            loaded: LoadReport { errors: vec![error.to_string()], ..LoadReport::default() },
         }),
         loaded => loaded,
     };
-    Part::of_all(file).iter().map(of_part).collect()
+    ControllerAxes::all(file).iter().map(of_part).collect()
 }
 
-fn empty_controller(file: &RigFile, part: &Part<'_>) -> Result<Box<SimulatedDimsart>, ExperimentError> {
-    let mut dimsart = Box::new(SimulatedDimsart::unconnected());
+fn empty_controller(
+    file: &RigFile,
+    part: &ControllerAxes<'_>,
+) -> Result<Box<SimulatedDimsart>, ExperimentError> {
+    let mut dimsart = Box::new(SimulatedDimsart::without_device());
     dimsart.connect(descriptor(file, part)?, file.kinds).map_err(ExperimentError::Storage)?;
     Ok(dimsart)
 }
 
-fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController, ExperimentError> {
+fn loaded_controller(file: &RigFile, part: &ControllerAxes<'_>) -> Result<LoadedController, ExperimentError> {
     let mut dimsart = empty_controller(file, part)?;
     let sides: Vec<&str> =
         file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
@@ -160,9 +163,12 @@ fn told(dimsart: &SimulatedDimsart, error: CommandError) -> String {
 }
 
 /// Creates a controller with a running scheme.
-pub(super) fn controller(file: &RigFile, part: &Part<'_>) -> Result<Box<SimulatedDimsart>, ExperimentError> {
+pub(super) fn controller(
+    file: &RigFile,
+    part: &ControllerAxes<'_>,
+) -> Result<Box<SimulatedDimsart>, ExperimentError> {
     let LoadedController { name, scheme, dimsart, loaded } = loaded_controller(file, part)?;
-    if !loaded.is_sound() {
+    if !loaded.is_valid() {
         let controller = format!("the {name}");
         return Err(ExperimentError::Scheme { name: scheme, controller, loaded });
     }
@@ -172,19 +178,20 @@ pub(super) fn controller(file: &RigFile, part: &Part<'_>) -> Result<Box<Simulate
 /// Connects a controller to its axes of a machine.
 pub(super) fn station(
     file: &RigFile,
-    part: &Part<'_>,
+    part: &ControllerAxes<'_>,
     machine: Arc<Mutex<Machine>>,
     dimsart: Box<SimulatedDimsart>,
 ) -> Result<Station, ExperimentError> {
-    let Part { controller, device, axes } = part;
+    let ControllerAxes { controller, device, axes } = part;
     let is_pressed = file.experiment.press.is_some();
-    let plant = Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.moves(), is_pressed);
+    let plant =
+        Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.has_actuators(), is_pressed);
     let mut station = Station::new(part.name(), dimsart, Box::new(plant));
     station.set_ticks_per_step(controller.every_ticks);
     Ok(station)
 }
 
-fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, ExperimentError> {
+fn descriptor(file: &RigFile, part: &ControllerAxes<'_>) -> Result<DeviceDescriptor, ExperimentError> {
     let kinds: Vec<AxisKind> = part.sections().map(|(_, axis)| part.device.kind(axis)).collect();
     // Descriptors are static, as in the flash of a board.
     let leak = |names: &[String]| -> &'static [&'static DataType] {
@@ -201,7 +208,7 @@ fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, Exper
 }
 
 /// Range and rate of the actuators, by commanded type.
-fn limits(part: &Part<'_>) -> &'static [&'static [InputLimits]] {
+fn limits(part: &ControllerAxes<'_>) -> &'static [&'static [InputLimits]] {
     let of_axis = |axis: &usize| {
         #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
         let [max, rate_per_s] =
@@ -226,7 +233,7 @@ fn axes_of(file: &RigFile, section: &DeviceSection, let_go_s: &[f64]) -> Result<
     section.axes.iter().enumerate().map(axis).collect()
 }
 
-fn outputs_of(file: &RigFile, part: &Part<'_>) -> Result<Vec<Output>, ExperimentError> {
+fn outputs_of(file: &RigFile, part: &ControllerAxes<'_>) -> Result<Vec<Output>, ExperimentError> {
     let device = part.device;
     let output = |name: &String| {
         let data_type = file.data_type(name).unwrap_or(types::SIGNAL);

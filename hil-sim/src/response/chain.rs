@@ -39,7 +39,7 @@ impl Chain {
     /// Wave impedances of master and slave, `N s/m`, if different. Forces are then scaled by `sqrt(b_slave/b_master)`
     /// from master to slave, velocities by its inverse, and positions drift apart.
     #[must_use]
-    pub fn unlike_impedances_n_s_per_m(&self) -> Option<[f64; 2]> {
+    pub fn mismatched_impedances_n_s_per_m(&self) -> Option<[f64; 2]> {
         let impedances = [self.master.impedance_n_s_per_m?, self.slave.impedance_n_s_per_m?];
         let [master, slave] = impedances;
         (master.to_bits() != slave.to_bits()).then_some(impedances)
@@ -49,7 +49,7 @@ impl Chain {
     /// transformers, PD controllers, obstacle) or the impedances differ.
     #[must_use]
     pub fn stiffness_n_per_m(&self, axis: usize, round_trip_s: f64) -> Option<f64> {
-        if self.unlike_impedances_n_s_per_m().is_some() {
+        if self.mismatched_impedances_n_s_per_m().is_some() {
             return None;
         }
         let compliance_m_per_n = 1.0 / self.master.stiffness_n_per_m.get(axis)?

@@ -100,9 +100,9 @@ impl<'f> Controllers<'f> {
         let (mut cycle_ticks, mut memory_ticks) = (1, 0);
         for station in rig.stations() {
             let engine = station.dimsart.engine();
-            let rates = engine.instances().filter_map(|module| engine.rate_of(module));
+            let rates = engine.instances().filter_map(|module| engine.module_rate(module));
             let own = rates.map(|rate| usize::from(rate.every_ticks)).fold(1, least_common_multiple);
-            let cycle = own.saturating_mul(station.every_ticks());
+            let cycle = own.saturating_mul(station.ticks_per_step());
             cycle_ticks = least_common_multiple(cycle_ticks, cycle);
             // A delay line uses one word per sample; other modules delay by at most one tick.
             let data_base = engine.data_base();
@@ -232,7 +232,7 @@ impl Pair {
             self.tick(commands);
         }
         let from = self.differences.len();
-        let shown = self.disturbed.stations().get(station)?.shown(place)?;
+        let shown = self.disturbed.stations().get(station)?.entry_value(place)?;
         let disturbed = shown + size;
         self.show(station, place, disturbed);
         self.tick(commands);
@@ -291,7 +291,7 @@ impl Pair {
 
     fn show(&mut self, station: usize, place: usize, value: f32) {
         if let Some(station) = self.disturbed.stations_mut().get_mut(station) {
-            station.show(place, FrameOverride::Value(value));
+            station.override_entry(place, FrameOverride::Value(value));
         }
     }
 }

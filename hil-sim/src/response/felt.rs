@@ -10,7 +10,7 @@ use crate::experiment::ExperimentError;
 use crate::observer::perceived::{Feeling, MIN_DEPTH, Obstacle, Perceived};
 use crate::rig::Probe;
 use crate::rig_file::part::linked_with;
-use crate::rig_file::{Part, RigFile};
+use crate::rig_file::{ControllerAxes, RigFile};
 
 /// Returns every axis with a hand and a linked environment. It is observed in the second half of each phase at rest;
 /// in a press, in the settled contact of the pressed axes.
@@ -19,8 +19,8 @@ pub(super) fn feeling(
     press: Option<&Planned>,
     alone: Option<&str>,
 ) -> Result<Feeling, ExperimentError> {
-    let (parts, mut all) = (Part::of_all(file), Vec::new());
-    let presses = file.pressed().map(|[hand, _]| hand.name());
+    let (parts, mut all) = (ControllerAxes::all(file), Vec::new());
+    let presses = file.press_pair().map(|[hand, _]| hand.name());
     let half = |rest: Range<f64>| 0.5 * (rest.start + rest.end)..rest.end;
     for (station, part) in parts.iter().enumerate() {
         let linked = linked_with(file, part.name());
@@ -29,7 +29,7 @@ pub(super) fn feeling(
                 .iter()
                 .enumerate()
                 .filter(|(other, part)| *other != station && linked.contains(part.name()));
-            let meets = |(station, other): (usize, &Part<'_>)| {
+            let meets = |(station, other): (usize, &ControllerAxes<'_>)| {
                 let mut sections = other.sections().enumerate();
                 let (axis, (_, met)) = sections.find(|(_, (other_place, _))| *other_place == place)?;
                 let is_met = met.unit == section.unit;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use dimsart_link::auth::{Guard, Key, Line, Profile};
+use dimsart_link::auth::{Key, KeyDomain, Profile, SecureChannel};
 use dimsart_link::protocol::KeyBytes;
 
 use crate::emulated::BoardKey;
@@ -11,11 +11,11 @@ use crate::experiment::ExperimentError;
 use crate::key_file;
 use crate::link::{Address, Channels};
 use crate::rig::{Rig, Station};
-use crate::rig_file::{LinkSection, Part, RigFile};
+use crate::rig_file::{ControllerAxes, LinkSection, RigFile};
 
-fn guard(key: &Key, link: u8, is_classic_can: bool, seed: u64, [out, listening]: [u16; 2]) -> Guard {
+fn guard(key: &Key, link: u8, is_classic_can: bool, seed: u64, [out, listening]: [u16; 2]) -> SecureChannel {
     let profile = if is_classic_can { Profile::Short } else { Profile::Full };
-    let mut guard = Guard::new(key, Line::Link(link), profile, seed);
+    let mut guard = SecureChannel::new(key, KeyDomain::Link(link), profile, seed);
     guard.set_send_channel(out);
     guard.set_receive_channel(listening);
     guard
@@ -32,7 +32,11 @@ fn seed(file: &RigFile, station: usize) -> u64 {
 }
 
 /// Adds guards to both ends of every link with a key, with completed handshakes.
-pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ExperimentError> {
+pub(super) fn guard_all(
+    file: &RigFile,
+    parts: &[ControllerAxes<'_>],
+    rig: &mut Rig,
+) -> Result<(), ExperimentError> {
     for link in &file.links {
         let Some(path) = key_path(file, link) else { continue };
         let key = Key::new(&key_file::read(&path)?);
@@ -49,7 +53,7 @@ pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Re
         for ((station, number), channels) in ends.into_iter().zip([[other, one], [one, other]]) {
             let guard = guard(&key, number, is_classic_can, seed(file, station), channels);
             if let Some(station) = rig.stations_mut().get_mut(station).filter(|found| !found.is_guarded()) {
-                station.guard(number.into(), guard, file.sample_period_s);
+                station.enable_authentication(number.into(), guard, file.sample_period_s);
             }
         }
         let [(one, _), (other, _)] = ends;
@@ -61,7 +65,7 @@ pub(super) fn guard_all(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Re
 /// Returns, by controller, the authentication data of an emulated board.
 pub(super) fn board_keys(file: &RigFile) -> Result<BTreeMap<String, BoardKey>, ExperimentError> {
     let mut keys = BTreeMap::new();
-    for (place, part) in Part::of_all(file).iter().enumerate() {
+    for (place, part) in ControllerAxes::all(file).iter().enumerate() {
         let path =
             file.links.iter().filter(|link| link.from == part.name()).find_map(|link| key_path(file, link));
         if let Some(path) = path {
@@ -85,8 +89,8 @@ pub(super) fn guard_one(
     let key = Key::new(&key_file::read(&path)?);
     let is_classic_can = matches!(own, Address::Can { is_fd: false, .. });
     let number = link.from_link;
-    let guard = guard(&key, number, is_classic_can, getrandom::u64()?, [channels.out, channels.listening]);
-    station.guard(number.into(), guard, file.sample_period_s);
+    let guard = guard(&key, number, is_classic_can, getrandom::u64()?, [channels.out, channels.receive]);
+    station.enable_authentication(number.into(), guard, file.sample_period_s);
     Ok(())
 }
 

@@ -62,7 +62,7 @@ mod tests {
     fn a_hand_moves_at_limited_speed_to_the_user_and_back_to_the_experiment() {
         let motions = vec![Motion::Step(Step { at_s: 0.0, amplitude: 0.1 })];
         let mut hand = HeldHand::new(0, 0, AxisUnit::Metre, motions);
-        let mut next = |hand: &mut HeldHand| hand.next(&Repetition::ONCE, 1.0, 0.001);
+        let next = |hand: &mut HeldHand| hand.next(&Repetition::ONCE, 1.0, 0.001);
         assert_eq!(next(&mut hand), None);
         hand.hold(Some(0.2));
         let (mut last, mut ticks) = (0.1, 0);

@@ -108,9 +108,9 @@ impl Plant for Instrumented {
         self.time_s = start_s + period_s;
     }
 
-    fn switch(&mut self, is_on: bool) {
+    fn set_enabled(&mut self, is_on: bool) {
         if self.can_be_off {
-            self.machine().switch(&self.axes, is_on);
+            self.machine().set_enabled(&self.axes, is_on);
         }
     }
 
@@ -136,8 +136,8 @@ impl Plant for Instrumented {
         for (axis, is_held) in self.axes.iter().zip(&self.holds_force) {
             let (position, force, joint) = machine.body().actuation(*axis);
             let position = joint.map_or(position, |[turned, _]| turned);
-            let is_shared = joint.is_some();
-            actuations.push(Actuation { position, force, is_held: *is_held, is_shared });
+            let is_coupled = joint.is_some();
+            actuations.push(Actuation { position, force, is_zero_order_hold: *is_held, is_coupled });
         }
     }
 
@@ -200,7 +200,7 @@ impl Plant for Instrumented {
         known.get(..count).unwrap_or_default()
     }
 
-    fn look(&self, axis: usize, values: &mut [f64]) {
+    fn read_quantities(&self, axis: usize, values: &mut [f64]) {
         let (Some(axis), machine) = (self.axis(axis), self.machine()) else { return };
         let Some(of_axis) = machine.axis(axis) else { return };
         let state = machine.state(axis);

@@ -45,7 +45,7 @@ const LINEAR_WITHIN: f64 = 0.02;
 /// Conditions at both ends of the loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Held {
+pub enum LoopCondition {
     /// The hand guides the master with its spring; the slave is free.
     Guided,
     /// The hand adds only its mass and damping; the slave is free.
@@ -58,13 +58,13 @@ pub enum Held {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LinearLoop {
     /// Its conditions.
-    pub held: Held,
+    pub held: LoopCondition,
     /// Largest eigenvalue, the growth per tick: unstable if > 1. `None` for a nonlinear loop, which does not respond
     /// proportionally to half the strike.
     pub growth_per_tick: Option<f64>,
 }
 
-impl Held {
+impl LoopCondition {
     const ALL: [Self; 3] = [Self::Guided, Self::Free, Self::Contact];
 
     fn words(self) -> &'static str {
@@ -79,7 +79,7 @@ impl Held {
 impl LinearLoop {
     /// Whether it is unstable.
     #[must_use]
-    pub fn grows(&self) -> bool {
+    pub fn is_unstable(&self) -> bool {
         self.growth_per_tick.is_some_and(|growth| growth > 1.0 + UNDECIDED)
     }
 
@@ -91,7 +91,7 @@ impl LinearLoop {
 
     /// Fault message of an unstable loop.
     fn fault(&self, period_s: f64) -> Option<String> {
-        let growth = self.growth_per_tick.filter(|_| self.grows())?;
+        let growth = self.growth_per_tick.filter(|_| self.is_unstable())?;
         let doubles_s = period_s * core::f64::consts::LN_2 / libm::log(growth);
         let held = self.held.words();
         Some(format!(
@@ -139,7 +139,7 @@ impl Observer for Loops {
             worked_out.map_or_else(Vec::new, |loops| loops.unwrap_or_else(|panic| resume_unwind(panic)));
         outcome.faults.extend(outcome.loops.iter().filter_map(|one| one.fault(rig.period_s())));
         outcome.warnings.extend(outcome.loops.iter().filter_map(LinearLoop::warning));
-        outcome.stable &= !outcome.loops.iter().any(LinearLoop::grows);
+        outcome.stable &= !outcome.loops.iter().any(LinearLoop::is_unstable);
     }
 }
 
@@ -150,12 +150,12 @@ impl Observer for Loops {
 /// As [`Experiment::new`](crate::experiment::Experiment::new).
 pub fn linear_loops(file: &RigFile) -> Result<Vec<LinearLoop>, ExperimentError> {
     let Some(linear) = Linear::of(file) else { return Ok(Vec::new()) };
-    let is_of_interest = |held: &Held| match held {
-        Held::Guided => linear.hand_stiffness > 0.0,
-        Held::Free => true,
-        Held::Contact => linear.met.is_some(),
+    let is_of_interest = |held: &LoopCondition| match held {
+        LoopCondition::Guided => linear.hand_stiffness > 0.0,
+        LoopCondition::Free => true,
+        LoopCondition::Contact => linear.met.is_some(),
     };
-    Held::ALL
+    LoopCondition::ALL
         .into_iter()
         .filter(is_of_interest)
         .map(|held| Ok(LinearLoop { held, growth_per_tick: growth_per_tick(&linear, held)? }))
@@ -175,7 +175,7 @@ struct Linear {
 
 impl Linear {
     fn of(file: &RigFile) -> Option<Self> {
-        let parts = file.pressed()?;
+        let parts = file.press_pair()?;
         let devices = parts.each_ref().map(|part| part.device.name.clone());
         let controllers = parts.each_ref().map(|part| part.name().to_owned());
         let [held, other] = parts.each_ref().map(|part| part.sections().next().map(|(_, section)| section));
@@ -221,7 +221,7 @@ fn of_one_axis(device: &DeviceSection) -> DeviceSection {
     linear
 }
 
-fn growth_per_tick(linear: &Linear, held: Held) -> Result<Option<f64>, ExperimentError> {
+fn growth_per_tick(linear: &Linear, held: LoopCondition) -> Result<Option<f64>, ExperimentError> {
     let mut whole = Struck::new(linear, held, STRUCK_M_PER_S)?;
     let mut half = Struck::new(linear, held, 0.5 * STRUCK_M_PER_S)?;
     let names = linear.controllers.each_ref().map(String::as_str);
@@ -292,7 +292,7 @@ struct Struck {
 }
 
 impl Struck {
-    fn new(linear: &Linear, held: Held, struck_m_per_s: f64) -> Result<Self, ExperimentError> {
+    fn new(linear: &Linear, held: LoopCondition, struck_m_per_s: f64) -> Result<Self, ExperimentError> {
         let mut file = linear.file.clone();
         let period_s = file.sample_period_s;
         let [hand, other] = &linear.devices;
@@ -307,10 +307,10 @@ impl Struck {
             ..MoveSection::nothing(hand, LOAD)
         };
         file.experiment.moves = vec![strike(0.0, force_n), strike(period_s, -force_n)];
-        if held == Held::Guided {
+        if held == LoopCondition::Guided {
             held_axis.hand.iter_mut().for_each(|of| of.stiffness = linear.hand_stiffness);
         }
-        if let Some([stiffness, damping]) = linear.met.filter(|_| held == Held::Contact) {
+        if let Some([stiffness, damping]) = linear.met.filter(|_| held == LoopCondition::Contact) {
             // Displaced from rest, to strike the slave as hard as the master.
             let stretched = stiffness.max(f64::MIN_POSITIVE).recip() * struck_m_per_s * other_kg / period_s;
             let rest_position = stretched.min(MAX_STRETCHED_M * struck_m_per_s);

@@ -3,7 +3,7 @@
 //! ```text
 //! line ──requests──▶ Answering ──▶ Dimsart ◀─▶ plant, as in any rig
 //! line ◀──answers, heartbeats, samples──┘
-//! hand ──Hold──▶ References ──▶ frame, in place of the experiment's
+//! hand ──ReferenceOverride──▶ References ──▶ frame, in place of the experiment's
 //! ```
 
 use std::collections::VecDeque;
@@ -24,13 +24,13 @@ use super::press::{self, Planned, release_times_s};
 use super::references::References;
 use crate::clock;
 use crate::experiment::ExperimentError;
-use crate::pace::Pace;
+use crate::pace::TickPacer;
 use crate::pipe::{Pipe, pair};
 use crate::recorder::Recorder;
-use crate::recording::Piece;
+use crate::recording::RecordingChunk;
 use crate::rig::{Rig, Station};
 use crate::rig_file::RigFile;
-use crate::rig_file::part::Part;
+use crate::rig_file::part::ControllerAxes;
 
 /// Telemetry streams of each controller: simultaneous clients, or parts of one client's view.
 pub const TELEMETRY_STREAMS: usize = 16;
@@ -52,14 +52,14 @@ pub struct LiveRig {
     rig: Rig,
     references: References,
     answering: Vec<Answering>,
-    hand: Sender<Hold>,
-    holds: Holding<Hold>,
+    hand: Sender<ReferenceOverride>,
+    holds: Holding<ReferenceOverride>,
     recorder: Option<Recorder>,
 }
 
 /// A reference held by a client.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Hold {
+pub struct ReferenceOverride {
     /// Index of its controller in the rig.
     pub station: usize,
     /// Name of the reference, such as `DES_POSITION`, or `hand`; never a measured signal.
@@ -99,7 +99,7 @@ impl LiveRig {
         let (rig, references) =
             (build::rig(file, &release_times_s(planned.as_ref()))?, References::new(file)?);
         let (mut answering, mut lines) = (Vec::new(), Vec::new());
-        for (part, station) in Part::of_all(file).iter().zip(rig.stations()) {
+        for (part, station) in ControllerAxes::all(file).iter().zip(rig.stations()) {
             let [client, here] = pair([WAIT, Duration::ZERO]);
             let period_s = file.sample_period_s * f64::from(part.controller.every_ticks.max(1));
             answering.push(Answering::new(here, period_s, part.device.position_limit));
@@ -115,10 +115,10 @@ impl LiveRig {
     ///
     /// # Errors
     /// [`ExperimentError`] for an unknown signal.
-    pub fn tell(&mut self, listener: SyncSender<Piece>) -> Result<(), ExperimentError> {
+    pub fn add_listener(&mut self, listener: SyncSender<RecordingChunk>) -> Result<(), ExperimentError> {
         self.rig.stations_mut().iter_mut().for_each(Station::record_inputs);
         let mut recorder = Recorder::new(&self.rig, &self.file.record)?.in_real_time();
-        recorder.tell(listener);
+        recorder.add_listener(listener);
         self.recorder = Some(recorder);
         Ok(())
     }
@@ -130,7 +130,7 @@ impl LiveRig {
 
     /// Returns the channel for held references.
     #[must_use]
-    pub fn hand(&self) -> Sender<Hold> {
+    pub fn reference_overrides(&self) -> Sender<ReferenceOverride> {
         self.hand.clone()
     }
 
@@ -143,7 +143,7 @@ impl LiveRig {
 
     /// Runs until `stop` is set. Skips time in which the computer stalls. `say` receives messages for the user.
     pub fn run(mut self, stop: &AtomicBool, mut say: impl FnMut(String)) {
-        let mut pace = Pace::new(clock::now(), self.rig.period_s());
+        let mut pace = TickPacer::new(clock::now(), self.rig.period_s());
         while !stop.load(Ordering::Relaxed) {
             if let Some(skipped) = pace.wait_or_skip(self.rig.time_s()) {
                 say(skipped.to_string());
@@ -156,7 +156,7 @@ impl LiveRig {
 
     /// Runs one tick of all controllers and devices; `late_ticks` is the number of late ticks so far.
     pub fn step(&mut self, late_ticks: u64, mut say: impl FnMut(String)) {
-        while let Ok(Hold { station, signal, axis, value }) = self.holds.try_recv() {
+        while let Ok(ReferenceOverride { station, signal, axis, value }) = self.holds.try_recv() {
             self.references.hold(station, &signal, axis, value, &self.rig);
         }
         let tick = self.rig.ticks();
@@ -165,7 +165,7 @@ impl LiveRig {
             is_due.push(station.is_due(tick));
             if station.is_due(tick) {
                 answering.answer(station);
-                station.allow_motion(answering.info.begin_tick());
+                station.set_motion_allowed(answering.info.begin_tick());
             }
         }
         self.references.lead(&mut self.rig);
@@ -183,7 +183,7 @@ impl LiveRig {
     }
 
     fn drop_slow_listener(&mut self, say: &mut impl FnMut(String)) {
-        if self.recorder.as_ref().is_some_and(Recorder::is_alone) {
+        if self.recorder.as_ref().is_some_and(Recorder::has_no_listener) {
             self.recorder = None;
             say(format!("recording stopped at {:.3} s: the disk is too slow", self.rig.time_s()));
         }
@@ -219,7 +219,7 @@ impl Answering {
         // The log survives a reset of the controller, as on a board.
         let events: &'static EventLog = Box::leak(Box::new(EventLog::new()));
         Self {
-            info: DeviceInfo::new(IMAGE).with_laws().for_clients(tick_hz).with_events(events),
+            info: DeviceInfo::new(IMAGE).with_laws().with_client_lease(tick_hz).with_events(events),
             timing: Timing::default(),
             line,
             receiver: Receiver::new(),
@@ -237,7 +237,7 @@ impl Answering {
         let Self { info, line, receiver, waiting, dropped, .. } = self;
         let (mut buffer, mut frame) = ([0; 1024], [0; MAX_FRAME_BYTES]);
         while let Ok(count @ 1..) = line.read(&mut buffer) {
-            receiver.take_all(buffer.get(..count).unwrap_or_default(), |content| {
+            receiver.push_all(buffer.get(..count).unwrap_or_default(), |content| {
                 if waiting.len() < ROOM {
                     waiting.push_back(content.to_vec());
                 } else {

@@ -133,13 +133,14 @@ impl Machine {
     /// Whether an axis is in contact with a wall or stop.
     pub(super) fn is_touching(&self, axis: usize) -> bool {
         let wall = self.axis(axis).and_then(|axis| axis.section.active_wall());
-        let is_at_wall = |wall: &crate::rig_file::AxisWall| wall.depth(self.body.position(axis)) > 0.0;
+        let is_at_wall =
+            |wall: &crate::rig_file::AxisWall| wall.penetration_depth(self.body.position(axis)) > 0.0;
         self.body.is_at_stop(axis) || wall.is_some_and(is_at_wall)
     }
 
     /// Sets whether the actuators of axes are commanded or off.
-    pub(super) fn switch(&mut self, axes: &[usize], is_on: bool) {
-        axes.iter().for_each(|axis| self.body.switch(*axis, is_on));
+    pub(super) fn set_enabled(&mut self, axes: &[usize], is_on: bool) {
+        axes.iter().for_each(|axis| self.body.set_enabled(*axis, is_on));
     }
 
     /// Stores the commands of a controller; advances from `start_s` for `period_s` when all controllers have

@@ -7,7 +7,7 @@ use dimsart_core::DataType;
 use crate::experiment::ExperimentError;
 use crate::motion::Motion;
 use crate::observer::following::{FOLLOWS, Follow, followed};
-use crate::rig_file::part::{Part, linked_with};
+use crate::rig_file::part::{ControllerAxes, linked_with};
 use crate::rig_file::{ControllerSection, MoveSection, RigFile};
 
 /// Returns all moves of a signal of an axis.
@@ -34,11 +34,11 @@ fn made(file: &RigFile, is_it: impl Fn(&MoveSection) -> bool) -> Result<Vec<Moti
 /// Returns the followed references of every axis of a station; empty without moves.
 pub(super) fn follows(
     file: &RigFile,
-    part: &Part<'_>,
+    part: &ControllerAxes<'_>,
     station: usize,
 ) -> Result<Vec<Follow>, ExperimentError> {
     let (device, mut follows) = (part.device, Vec::new());
-    if !device.moves() {
+    if !device.has_actuators() {
         return Ok(follows);
     }
     let measured: Vec<&DataType> = device.measures.iter().filter_map(|name| file.data_type(name)).collect();
@@ -71,7 +71,10 @@ pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, Ex
 
 /// Returns the rest phases of a controller's device and linked devices, `s`: the last one and those of at least its
 /// length. Empty if they move until the end.
-pub(super) fn long_rests_s(file: &RigFile, part: &Part<'_>) -> Result<Vec<Range<f64>>, ExperimentError> {
+pub(super) fn long_rests_s(
+    file: &RigFile,
+    part: &ControllerAxes<'_>,
+) -> Result<Vec<Range<f64>>, ExperimentError> {
     let linked = linked_with(file, part.name());
     let of_linked = |controller: &&ControllerSection| linked.contains(controller.name());
     let devices: Vec<&str> =

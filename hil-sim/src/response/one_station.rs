@@ -11,21 +11,21 @@ use super::press::{Planned, planned_with};
 use super::{experiment_of, press};
 use crate::experiment::{Experiment, ExperimentError};
 use crate::link::{self, Address, Channels};
-use crate::meeting::{SynchronisationError, meet};
-use crate::pace::Pace;
-use crate::rig::{End, Rig, Station};
-use crate::rig_file::{LinkSection, Part, RigFile};
+use crate::pace::TickPacer;
+use crate::rig::{Rig, Station, StationLink};
+use crate::rig_file::{ControllerAxes, LinkSection, RigFile};
+use crate::synchronisation::{SynchronisationError, synchronise};
 
 /// Default link timeout of a station that is a separate process, ticks.
 const DESKTOP_TIMEOUT_TICKS: i64 = 1000;
 
 /// A station that can run alone, its peer, and their addresses.
 #[derive(Debug)]
-pub struct Alone<'f> {
+pub struct SingleStation<'f> {
     /// Controller.
-    pub own: Part<'f>,
+    pub own: ControllerAxes<'f>,
     /// Controller of the peer.
-    pub other: Part<'f>,
+    pub other: ControllerAxes<'f>,
     /// Own address.
     pub own_address: &'f Address,
     /// Peer address.
@@ -34,11 +34,11 @@ pub struct Alone<'f> {
     out: &'f LinkSection,
 }
 
-impl<'f> Alone<'f> {
+impl<'f> SingleStation<'f> {
     /// Finds the station of a controller; `None` without a link with addresses in both directions.
     #[must_use]
     pub fn of(file: &'f RigFile, name: &str) -> Option<Self> {
-        let parts = Part::of_all(file);
+        let parts = ControllerAxes::all(file);
         let part = |name: &str| parts.iter().find(|part| part.name() == name).cloned();
         let out = file.links.iter().find(|link| link.from == name && link.address.is_some())?;
         let back = file.links.iter().find(|link| link.to == name && link.from == out.to)?;
@@ -62,7 +62,7 @@ impl<'f> Alone<'f> {
 
     /// Whether the peer is further up in the file: this station then synchronises with it.
     fn follows(&self, file: &RigFile) -> bool {
-        let place = |name: &str| Part::of_all(file).iter().position(|part| part.name() == name);
+        let place = |name: &str| ControllerAxes::all(file).iter().position(|part| part.name() == name);
         place(self.other.name()) < place(self.own.name())
     }
 }
@@ -89,17 +89,17 @@ pub fn one_station(
 ) -> Result<Experiment, ExperimentError> {
     let file = &with_timeout(file);
     let no_address = || ExperimentError::NoAddress { name: name.to_owned() };
-    let alone = Alone::of(file, name).ok_or_else(no_address)?;
+    let alone = SingleStation::of(file, name).ok_or_else(no_address)?;
     let mut dimsart = controller(file, &alone.own)?;
     let own = Controller::read(&mut dimsart);
     // Without the peer's scheme, figures of both stations are unknown.
     let other = controller(file, &alone.other);
     let numbers = [alone.out.to_link, alone.out.from_link].map(usize::from);
     let out = other.as_ref().map_or(0, |other| other.receive_channel(numbers[0]));
-    let are_authenticated = alone.out.key_file.is_some();
-    let channels = Channels { out, listening: dimsart.receive_channel(numbers[1]), are_authenticated };
+    let is_authenticated = alone.out.key_file.is_some();
+    let channels = Channels { out, receive: dimsart.receive_channel(numbers[1]), is_authenticated };
     let other = other.map(|mut other| Controller::read(&mut other)).unwrap_or_default();
-    let hand = file.pressed().map(|[hand, _]| hand.name().to_owned());
+    let hand = file.press_pair().map(|[hand, _]| hand.name().to_owned());
     let planned: Option<Planned> = match hand {
         None => None,
         Some(hand) if hand == name => Some(planned_with(file, [own, other])?),
@@ -113,20 +113,20 @@ pub fn one_station(
     let mut station = station(&moved, &part, machine, dimsart)?;
     guard_one(file, alone.out, alone.own_address, &mut station, channels)?;
     let station = rig.add(station);
-    let end = End { station, link: numbers[1] };
+    let end = StationLink { station, link: numbers[1] };
     let (link, arrival) = link::open(alone.own_address, alone.peer_address, channels)
         .map_err(|source| ExperimentError::Link { name: name.to_owned(), source })?;
     // One station synchronises with the other.
     let arrival = arrival.filter(|_| alone.follows(file));
     rig.connect(end, end, link);
     let peer = alone.peer_address().clone();
-    let start = meet(&mut rig, arrival.as_ref(), wait, stop).map_err(|missed| {
+    let start = synchronise(&mut rig, arrival.as_ref(), wait, stop).map_err(|missed| {
         let other = alone.other.name().to_owned();
         let authentication_failure = rig.stations().first().and_then(Station::authentication_failure);
         match (missed, authentication_failure) {
             (SynchronisationError::Stopped, _) => ExperimentError::Stopped { other },
             (_, Some(reason)) => ExperimentError::AuthenticationFailure { peer, other, reason },
-            (SynchronisationError::Silence, None) => {
+            (SynchronisationError::NoPacket, None) => {
                 ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other }
             }
             (SynchronisationError::RejectedPackets, None) => ExperimentError::WrongPeer { peer, other },
@@ -134,6 +134,6 @@ pub fn one_station(
     })?;
     let mut experiment =
         experiment_of(Instant::now(), &moved, planned, rig, Some((name, alone.other.name())))?;
-    experiment.pace = Some(Pace::new(start, file.sample_period_s));
+    experiment.pace = Some(TickPacer::new(start, file.sample_period_s));
     Ok(experiment)
 }

@@ -58,7 +58,7 @@ impl PlantModel {
             true => (STEP_OF_DRIVES, IDLE_TICKS_OF_DRIVES, ROUNDING_OF_DRIVES),
             false => (STEP, IDLE_TICKS, ROUNDING),
         };
-        machine.switch(&(0..axes).collect::<Vec<_>>(), true);
+        machine.set_enabled(&(0..axes).collect::<Vec<_>>(), true);
         let (start, none) = (machine.body().values(), vec![0.0; axes]);
         let mut tick = |state: &[f64], commands: &[f64]| {
             machine.body_mut().set_values(state);

@@ -20,7 +20,7 @@ impl Observer for Prediction {
     }
 
     fn report(&mut self, rig: &Rig, outcome: &mut Outcome) {
-        if let Some([master, slave]) = self.chain.unlike_impedances_n_s_per_m() {
+        if let Some([master, slave]) = self.chain.mismatched_impedances_n_s_per_m() {
             outcome.faults.push(format!(
                 "wave impedances differ, {master} N s/m on the master and {slave} N s/m on the slave, so forces \
                 and motions are scaled and no stiffness is predicted: use the same B_PARAM in both schemes"

@@ -23,7 +23,9 @@ use super::obstacle::Obstacle;
 use crate::experiment::ExperimentError;
 use crate::link::round_trip_ticks;
 use crate::phases::Phases;
-use crate::rig_file::{AxisSection, HAND, LOAD, MinimumJerk, MoveSection, Part, PressSection, RigFile, Step};
+use crate::rig_file::{
+    AxisSection, ControllerAxes, HAND, LOAD, MinimumJerk, MoveSection, PressSection, RigFile, Step,
+};
 use std::ops::Range;
 
 /// Time constants until the contact is settled to 1e-5: `ln(1e5)`.
@@ -77,7 +79,7 @@ fn meets_nothing(section: &AxisSection) -> bool {
 }
 
 /// Returns the push on each axis; 0 without an obstacle.
-pub(super) fn forces_n(press: &PressSection, other: &Part<'_>) -> Vec<f64> {
+pub(super) fn forces_n(press: &PressSection, other: &ControllerAxes<'_>) -> Vec<f64> {
     let wanted = press.force.iter().copied().chain(core::iter::repeat(0.0));
     other
         .sections()
@@ -91,7 +93,7 @@ pub(super) fn forces_n(press: &PressSection, other: &Part<'_>) -> Vec<f64> {
 /// # Errors
 /// A scheme is invalid, or recorded delays are unreadable.
 pub(super) fn planned(file: &RigFile) -> Result<Option<Planned>, ExperimentError> {
-    let Some(parts) = file.pressed() else { return Ok(None) };
+    let Some(parts) = file.press_pair() else { return Ok(None) };
     let [hand, other] = &parts;
     let [one, two] = [hand, other]
         .map(|part| build::controller(file, part).map(|mut dimsart| Controller::read(&mut dimsart)));
@@ -100,7 +102,7 @@ pub(super) fn planned(file: &RigFile) -> Result<Option<Planned>, ExperimentError
 
 /// Plans a press with existing controllers.
 pub(super) fn planned_with(file: &RigFile, controllers: [Controller; 2]) -> Result<Planned, ExperimentError> {
-    let (Some([hand, other]), Some(press)) = (file.pressed(), &file.experiment.press) else {
+    let (Some([hand, other]), Some(press)) = (file.press_pair(), &file.experiment.press) else {
         return Ok(Planned::default());
     };
     let forces_n = forces_n(press, &other);
@@ -124,8 +126,8 @@ pub(super) fn planned_with(file: &RigFile, controllers: [Controller; 2]) -> Resu
 }
 
 /// Returns the part of a controller.
-pub(super) fn part<'f>(file: &'f RigFile, name: &str) -> Option<Part<'f>> {
-    Part::of_all(file).into_iter().find(|part| part.name() == name)
+pub(super) fn part<'f>(file: &'f RigFile, name: &str) -> Option<ControllerAxes<'f>> {
+    ControllerAxes::all(file).into_iter().find(|part| part.name() == name)
 }
 
 /// Returns the release times of the pressing hand by axis, `s`; empty without a press.
@@ -135,7 +137,8 @@ pub(super) fn release_times_s(planned: Option<&Planned>) -> Vec<f64> {
 
 impl Default for Planned {
     fn default() -> Self {
-        let phases = Phases { leg_s: 0.0, contact_start_s: 0.0, settled_s: 0.0, release_s: 0.0, end_s: 0.0 };
+        let phases =
+            Phases { path_leg_s: 0.0, contact_start_s: 0.0, settled_s: 0.0, release_s: 0.0, end_s: 0.0 };
         Self { chain: Chain::default(), phases, link_round_trip_ticks: 0, forces_n: Vec::new() }
     }
 }
@@ -145,14 +148,14 @@ impl Planned {
     pub(super) fn moved(&self, file: &RigFile) -> RigFile {
         let mut file = file.clone();
         let Some(press) = file.experiment.press.clone() else { return file };
-        let Phases { leg_s, contact_start_s, release_s, end_s, .. } = self.phases;
+        let Phases { path_leg_s, contact_start_s, release_s, end_s, .. } = self.phases;
         let out = press.path;
         for (axis, force_n) in self.forces_n.iter().enumerate() {
             let on = |on: &str| MoveSection { axis, ..MoveSection::nothing(&press.device, on) };
             let leg = |number: f64, amplitude: f64| MoveSection {
                 minimum_jerk: Some(MinimumJerk {
-                    at_s: number * leg_s,
-                    until_s: (number + 1.0) * leg_s,
+                    at_s: number * path_leg_s,
+                    until_s: (number + 1.0) * path_leg_s,
                     amplitude,
                 }),
                 ..on(HAND)
@@ -187,13 +190,13 @@ impl Phases {
             .fold(link_round_trip_ticks, u32::saturating_add);
         let round_trip_s = f64::from(late_ticks) * file.sample_period_s;
         let whole = |time_s: f64| (time_s / file.sample_period_s).round() * file.sample_period_s;
-        let leg_s = LEG_S + round_trip_s;
-        let contact_start_s = whole(3.0 * leg_s + REST_S + 2.0 * round_trip_s);
+        let path_leg_s = LEG_S + round_trip_s;
+        let contact_start_s = whole(3.0 * path_leg_s + REST_S + 2.0 * round_trip_s);
         let settled_s =
             contact_start_s + approach_s(axes, round_trip_s) + settling_s(axes, chain, round_trip_s);
         let release_s = whole(settled_s + WATCH_S + round_trip_s);
         Self {
-            leg_s,
+            path_leg_s,
             contact_start_s,
             settled_s,
             release_s,
@@ -203,7 +206,7 @@ impl Phases {
 
     /// Interval of the settled contact, `s`.
     #[must_use]
-    pub fn settled(&self) -> Range<f64> {
+    pub fn settled_interval_s(&self) -> Range<f64> {
         self.settled_s..self.release_s
     }
 }
@@ -271,7 +274,7 @@ mod tests {
             delay_ticks: Some(0),
             every_ticks: 1,
             playout_ticks: 0,
-            losing_policy: None,
+            lossy_policy: None,
         };
         planned_with(&file, [controller(3000.0), controller(5000.0)]).unwrap().phases
     }

@@ -14,7 +14,7 @@ use crate::experiment::ExperimentError;
 use crate::link::InProcessParameters;
 use crate::loop_figures::{AxisLoop, LoopFigures};
 use crate::observer::following::{FOLLOWS, followed};
-use crate::rig_file::part::{Part, linked_with};
+use crate::rig_file::part::{ControllerAxes, linked_with};
 use crate::rig_file::{DeviceSection, MoveSection, RigFile, Step};
 
 /// A commanded axis.
@@ -45,9 +45,9 @@ struct Channel {
 /// As the [experiment](super::Experiment::new)'s.
 pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
     let free = at_rest(file, false);
-    let parts = Part::of_all(&free);
+    let parts = ControllerAxes::all(&free);
     let mut commanded = Vec::new();
-    for (station, part) in parts.iter().enumerate().filter(|(_, part)| part.device.moves()) {
+    for (station, part) in parts.iter().enumerate().filter(|(_, part)| part.device.has_actuators()) {
         let device = free.devices.iter().position(|device| device.name == part.device.name);
         for (place, axis) in part.axes.iter().enumerate() {
             let device = device.unwrap_or_default();
@@ -100,14 +100,14 @@ pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ExperimentError> {
     Ok((0..commanded.len()).map(figures).collect())
 }
 
-fn name_of<'f>(parts: &[Part<'f>], at: Place) -> &'f str {
-    parts.get(at.station).map(Part::name).unwrap_or_default()
+fn name_of<'f>(parts: &[ControllerAxes<'f>], at: Place) -> &'f str {
+    parts.get(at.station).map(ControllerAxes::name).unwrap_or_default()
 }
 
 /// Measurements and followed references.
-fn channels(file: &RigFile, parts: &[Part<'_>], commanded: &[Commanded]) -> Vec<Channel> {
+fn channels(file: &RigFile, parts: &[ControllerAxes<'_>], commanded: &[Commanded]) -> Vec<Channel> {
     let mut channels = Vec::new();
-    for (station, part) in parts.iter().enumerate().filter(|(_, part)| part.device.moves()) {
+    for (station, part) in parts.iter().enumerate().filter(|(_, part)| part.device.has_actuators()) {
         for (row, name) in part.device.measures.iter().enumerate() {
             let Some(data_type) = file.data_type(name) else { continue };
             if !RigFile::is_sensed(data_type) && followed(data_type).is_none() {
@@ -145,7 +145,7 @@ fn models(
     commanded: &[Commanded],
 ) -> Result<Vec<Option<PlantModel>>, ExperimentError> {
     let model = |(device, section): (usize, &DeviceSection)| {
-        if !section.moves() {
+        if !section.has_actuators() {
             return Ok(None);
         }
         let mut machine = build::machine(file, section, 1, &[])?;
@@ -167,7 +167,7 @@ fn models(
 
 /// All axes, with the answers of their controllers.
 struct Axes<'a> {
-    parts: &'a [Part<'a>],
+    parts: &'a [ControllerAxes<'a>],
     commanded: &'a [Commanded],
     channels: &'a [Channel],
     not_linear: &'a BTreeSet<&'a str>,

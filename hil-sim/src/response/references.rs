@@ -14,7 +14,7 @@ use crate::experiment::ExperimentError;
 use crate::motion::{Motion, sum_at};
 use crate::plant::{PEAK_SPEED, Repetition, minimum_jerk};
 use crate::rig::{FrameOverride, Rig, Station};
-use crate::rig_file::part::Part;
+use crate::rig_file::part::ControllerAxes;
 use crate::rig_file::{AxisUnit, HAND, RigFile};
 
 /// Maximum speed of an approach.
@@ -78,14 +78,16 @@ struct Approach {
 impl References {
     /// Creates the references of a file's controllers, at the start of the experiment.
     pub(super) fn new(file: &RigFile) -> Result<Self, ExperimentError> {
-        let (parts, period_s) = (Part::of_all(file), file.sample_period_s);
+        let (parts, period_s) = (ControllerAxes::all(file), file.sample_period_s);
         let (mut all, mut hands, mut moving) = (Vec::new(), Vec::new(), Vec::new());
         for (station, part) in parts.iter().enumerate() {
-            if part.device.moves() {
+            if part.device.has_actuators() {
                 moving.push(station);
             }
             all.extend(Reference::of_part(file, &parts, station, part)?);
-            for (place, (axis, section)) in part.sections().enumerate().filter(|(_, (_, section))| section.hand.is_some()) {
+            for (place, (axis, section)) in
+                part.sections().enumerate().filter(|(_, (_, section))| section.hand.is_some())
+            {
                 let motions = motions(file, &part.device.name, axis, HAND)?;
                 hands.push(HeldHand::new(station, place, section.unit, motions));
             }
@@ -158,7 +160,7 @@ impl References {
             let (station, is_commanded) = (reference.station, commands(rig, reference.commanded_by()));
             let shown = reference.next(is_commanded, &self.repetition, time_s, self.period_s, rig);
             if let Some(station) = rig.stations_mut().get_mut(station) {
-                station.show(reference.place, shown);
+                station.override_entry(reference.place, shown);
             }
         }
     }
@@ -167,9 +169,9 @@ impl References {
 impl Reference {
     fn of_part(
         file: &RigFile,
-        parts: &[Part<'_>],
+        parts: &[ControllerAxes<'_>],
         station: usize,
-        part: &Part<'_>,
+        part: &ControllerAxes<'_>,
     ) -> Result<Vec<Self>, ExperimentError> {
         let (device, count) = (part.device, part.axes.len());
         let measured = device.measures.iter().position(|name| name == types::POSITION.name);
@@ -181,7 +183,7 @@ impl Reference {
             for (axis, of_device) in part.axes.iter().copied().enumerate() {
                 let led = || {
                     let leads = device.leads.as_deref()?;
-                    let is_it = |part: &Part<'_>| part.device.name == leads;
+                    let is_it = |part: &ControllerAxes<'_>| part.device.name == leads;
                     parts.iter().enumerate().filter(|(_, part)| is_it(part)).find_map(|(station, part)| {
                         let axis = part.axes.iter().position(|axis| *axis == of_device)?;
                         Some(Start::Led { station, axis })
@@ -222,7 +224,7 @@ impl Reference {
 
     /// Last value.
     fn shown(&self, rig: &Rig) -> Option<f64> {
-        rig.stations().get(self.station)?.shown(self.place).map(f64::from)
+        rig.stations().get(self.station)?.entry_value(self.place).map(f64::from)
     }
 
     /// Target value.
@@ -245,7 +247,7 @@ impl Reference {
         if !is_commanded {
             self.approach = None;
             return match self.start {
-                Start::Measured(place) => FrameOverride::Place(place),
+                Start::Measured(place) => FrameOverride::OtherEntry(place),
                 Start::Led { station, axis } => {
                     let position = |station: &Station| station.plant.position(axis);
                     value(rig.stations().get(station).map_or(base, position))

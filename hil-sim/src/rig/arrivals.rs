@@ -1,6 +1,6 @@
 //! Counts packets that arrive at a controller: superseded packets, and the sender's rate and restarts.
 
-use dimsart_core::{Packet, START_COUNTERS, counters_ahead, is_newer};
+use dimsart_core::{Packet, START_COUNTERS, counter_distance, is_newer};
 
 /// Counters of all links.
 #[derive(Debug, Default)]
@@ -45,7 +45,7 @@ impl Arrivals {
             (arrival.newest, arrival.sent, arrival.first_tick) = (counter, 0, tick);
         }
         if is_newer(counter, arrival.newest) {
-            arrival.sent += u64::from(counters_ahead(counter, arrival.newest));
+            arrival.sent += u64::from(counter_distance(counter, arrival.newest));
             (arrival.newest, arrival.newest_tick) = (counter, tick);
         }
         arrival.last = Some(packet);

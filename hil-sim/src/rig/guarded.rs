@@ -1,7 +1,7 @@
 //! Authenticated end of a link.
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
-use dimsart_link::auth::{AuthError, Guard};
+use dimsart_link::auth::{AuthError, SecureChannel};
 
 /// Maximum answers per tick, as limited by the line of a board.
 const MAX_ANSWERS: usize = 64;
@@ -11,7 +11,7 @@ const MAX_ANSWERS: usize = 64;
 pub(super) struct Guarded {
     /// Number of the link in the station's Data Base.
     pub(super) link: usize,
-    pub(super) guard: Guard,
+    pub(super) guard: SecureChannel,
     pub(super) refusal: Option<AuthError>,
     /// Answers to packets since the last tick.
     answers: Vec<Vec<u8>>,
@@ -20,7 +20,7 @@ pub(super) struct Guarded {
 }
 
 impl Guarded {
-    pub(super) fn new(link: usize, guard: Guard, period_s: f64) -> Self {
+    pub(super) fn new(link: usize, guard: SecureChannel, period_s: f64) -> Self {
         Self { link, guard, refusal: None, answers: Vec::new(), period_s, ticks: 0 }
     }
 
@@ -67,8 +67,8 @@ impl Guarded {
 }
 
 /// Completes the handshake of two guards without a link.
-pub(super) fn complete_handshake(left: &mut Guard, right: &mut Guard) {
-    let tell = |from: &mut Guard, to: &mut Guard, now_ms| {
+pub(super) fn complete_handshake(left: &mut SecureChannel, right: &mut SecureChannel) {
+    let tell = |from: &mut SecureChannel, to: &mut SecureChannel, now_ms| {
         while let Some(handshake) = from.handshake(now_ms) {
             // A handshake with equal keys and channels always succeeds.
             let _ = to.open(now_ms, handshake, &mut []);
@@ -84,10 +84,10 @@ pub(super) fn complete_handshake(left: &mut Guard, right: &mut Guard) {
 mod tests {
     use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
     use dimsart_core::{TickResult, types};
-    use dimsart_link::auth::{Guard, Key, Line, Profile};
+    use dimsart_link::auth::{Key, KeyDomain, Profile, SecureChannel};
 
     use crate::experiment::Experiment;
-    use crate::link::Carried;
+    use crate::link::Payload;
     use crate::rig::{Probe, Rig};
     use crate::rig_file::RigFile;
 
@@ -136,9 +136,9 @@ mod tests {
                 let channel = station.dimsart.receive_channel(0);
                 for (kind, length) in [(0, 0), (1, 8), (2, 16), (3, 8), (4, 16), (5, 16), (6, 8), (7, 0)] {
                     let random = u64::from(tick) << 8 | u64::from(kind);
-                    station.receive(0, 0, Carried::Bytes(handshake(kind, random, length, channel)));
+                    station.receive(0, 0, Payload::Bytes(handshake(kind, random, length, channel)));
                 }
-                station.receive(0, 0, Carried::Bytes(vec![0x83; 59]));
+                station.receive(0, 0, Payload::Bytes(vec![0x83; 59]));
             }
         });
         assert_eq!(during, before, "not a packet came late");
@@ -157,10 +157,10 @@ mod tests {
                     let [master, slave] = rig.stations_mut() else { panic!("two") };
                     let (out, listening) =
                         (slave.dimsart.receive_channel(0), master.dimsart.receive_channel(0));
-                    let mut guard = Guard::new(&key, Line::Link(0), Profile::Full, 99);
+                    let mut guard = SecureChannel::new(&key, KeyDomain::Link(0), Profile::Full, 99);
                     guard.set_send_channel(out);
                     guard.set_receive_channel(listening);
-                    master.guard(0, guard, 1e-3);
+                    master.enable_authentication(0, guard, 1e-3);
                 }
             });
             println!("{delay_ticks} ticks one way: {longest} ticks without a packet");

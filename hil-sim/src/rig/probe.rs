@@ -20,7 +20,7 @@ impl Probe {
     }
 
     /// Whether the signal exists now.
-    pub fn finds(&mut self, station: &Station) -> bool {
+    pub fn is_present(&mut self, station: &Station) -> bool {
         self.slot(station).is_some()
     }
 

@@ -3,13 +3,13 @@
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, PoisonError};
 
-use dimsart_core::limits::Sizes;
+use dimsart_core::limits::Capacities;
 use dimsart_core::{DeviceDescriptor, Dimsart, ModuleKinds, ProvidedMemory, StorageError, memory};
 use scopeguard::ScopeGuard;
 
 /// Sizes of a simulated controller: a link per joint of a coordinator, and delays of seconds.
-pub const SIZES: Sizes =
-    Sizes { modules: 32, wires: 240, bindings: 64, slots: 64, links: 8, programs: 8, words: 32_768 };
+pub const SIZES: Capacities =
+    Capacities { modules: 32, wires: 240, bindings: 64, slots: 64, links: 8, programs: 8, words: 32_768 };
 
 /// Unused memory for further controllers.
 static FREE: Mutex<Vec<ProvidedMemory>> = Mutex::new(Vec::new());
@@ -24,17 +24,17 @@ impl SimulatedDimsart {
     /// # Errors
     /// [`StorageError`] if the device's types do not fit into the Data Base.
     pub fn new(device: DeviceDescriptor, kinds: ModuleKinds) -> Result<Self, StorageError> {
-        let mut dimsart = Self::unconnected();
+        let mut dimsart = Self::without_device();
         dimsart.connect(device, kinds)?;
         Ok(dimsart)
     }
 
-    /// As [`Dimsart::unconnected`].
+    /// As [`Dimsart::without_device`].
     #[must_use]
-    pub fn unconnected() -> Self {
+    pub fn without_device() -> Self {
         let free = FREE.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let memory = free.unwrap_or_else(|| Box::leak(Box::new(<memory!(SIZES)>::new())).into());
-        Self(scopeguard::guard(Dimsart::unconnected(memory), give_back))
+        Self(scopeguard::guard(Dimsart::without_device(memory), give_back))
     }
 }
 

@@ -10,16 +10,16 @@ pub struct TickTrace {
     /// Measurement.
     pub measured: Vec<Word>,
     /// Command.
-    pub commanded: Vec<Word>,
+    pub commands: Vec<Word>,
     /// Sent packets, with their links.
     pub sent: Vec<(usize, Packet)>,
     /// Module calls, by index in the engine's steps.
-    pub called: Vec<usize>,
+    pub module_calls: Vec<usize>,
 }
 
 impl Observer for TickTrace {
     fn call(&mut self, place: usize, call: impl FnOnce()) {
-        self.called.push(place);
+        self.module_calls.push(place);
         call();
     }
 }
@@ -29,12 +29,12 @@ impl TickTrace {
     pub fn clear(&mut self) {
         self.received.clear();
         self.sent.clear();
-        self.called.clear();
+        self.module_calls.clear();
     }
 
     /// Ends a tick.
     pub(super) fn keep(&mut self, measured: &[Word], commanded: &[Word]) {
         measured.clone_into(&mut self.measured);
-        commanded.clone_into(&mut self.commanded);
+        commanded.clone_into(&mut self.commands);
     }
 }

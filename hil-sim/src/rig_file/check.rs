@@ -117,7 +117,7 @@ impl RigFile {
             if !self.device(device).is_some_and(is_held) {
                 problems.push(format!("{at}: an axis of '{device}' has no hand: add `hand` to every axis"));
             }
-            if self.pressed().is_none() {
+            if self.press_pair().is_none() {
                 problems.push(format!("{at}: '{device}' has no link to the pressing device: add a [[link]]"));
             }
         }
@@ -198,14 +198,14 @@ impl RigFile {
                 ));
             }
         }
-        if device.moves() && takes.as_slice() != [types::DES_FORCE.name] {
+        if device.has_actuators() && takes.as_slice() != [types::DES_FORCE.name] {
             problems.push(format!(
                 "device '{name}': takes is {takes:?}, must be [\"DES_FORCE\"], or [] for a device that does not move"
             ));
         }
         if let Some(leads) = &device.leads {
-            let can_follow = |led: &DeviceSection| led.moves() && led.axes.len() >= axes.len();
-            if device.moves() || !self.device(leads).is_some_and(can_follow) {
+            let can_follow = |led: &DeviceSection| led.has_actuators() && led.axes.len() >= axes.len();
+            if device.has_actuators() || !self.device(leads).is_some_and(can_follow) {
                 problems.push(format!(
                     "device '{name}' cannot lead '{leads}': only a device with takes = [] can lead, and \
                     '{leads}' must move and have at least as many axes"
@@ -214,7 +214,7 @@ impl RigFile {
         }
         for (axis, section) in axes.iter().enumerate() {
             let at = format!("device '{name}', axis {axis}");
-            if device.moves() && device.coupled_axes().is_none() && section.plant.is_none() {
+            if device.has_actuators() && device.coupled_axes().is_none() && section.plant.is_none() {
                 problems.push(format!("{at}: missing plant: set at least plant.load.inertia"));
             }
             check_axis(&at, measures, section, problems);
@@ -389,9 +389,11 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
             "device '{name}', axis {axis}: a coupled axis cannot have a plant: remove `plant`"
         ));
     }
-    let of_arm = device.arm.as_ref().map(|arm| arm.check().map_err(|error| error.within("arm")));
-    let of_phantom =
-        device.phantom.as_ref().map(|phantom| phantom.check().map_err(|error| error.within("phantom")));
+    let of_arm = device.arm.as_ref().map(|arm| arm.check().map_err(|error| error.with_path_prefix("arm")));
+    let of_phantom = device
+        .phantom
+        .as_ref()
+        .map(|phantom| phantom.check().map_err(|error| error.with_path_prefix("phantom")));
     for error in of_arm.into_iter().chain(of_phantom).filter_map(Result::err) {
         let ParameterError { path, value, allowed } = error;
         problems.push(format!("device '{name}': {path} is {value}, must be {allowed}"));
@@ -439,12 +441,12 @@ fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &m
             wall.position, wall.stiffness
         ));
     }
-    let checked = |plant: &JointParameters| plant.check().map_err(|error| error.within("plant"));
+    let checked = |plant: &JointParameters| plant.check().map_err(|error| error.with_path_prefix("plant"));
     let of_plant = plant.as_ref().map_or(Ok(()), checked);
     let of_plant = of_plant.and_then(|()| section.joint().as_ref().map_or(Ok(()), checked));
-    let of_sensors = sensor
-        .iter()
-        .map(|(signal, sensor)| sensor.check().map_err(|error| error.within(&format!("sensor.{signal}"))));
+    let of_sensors = sensor.iter().map(|(signal, sensor)| {
+        sensor.check().map_err(|error| error.with_path_prefix(&format!("sensor.{signal}")))
+    });
     for error in std::iter::once(of_plant).chain(of_sensors).filter_map(Result::err) {
         let ParameterError { path, value, allowed } = error;
         problems.push(format!("{at}: {path} is {value}, must be {allowed}"));

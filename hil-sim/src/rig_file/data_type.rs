@@ -54,7 +54,7 @@ impl TypeSection {
         if !is_name(name) {
             return Some(format!("invalid type name '{name}': use A to Z, 0 to 9 and _"));
         }
-        if dimsart_core::types::by_name(name).is_some() {
+        if dimsart_core::types::find_by_name(name).is_some() {
             return Some(format!(
                 "type '{name}' is already a built-in type: choose another name, or remove this type"
             ));

@@ -71,7 +71,7 @@ pub struct WatchSection {
 impl DeviceSection {
     /// Whether it has actuators; otherwise it provides references to a coordinator only.
     #[must_use]
-    pub fn moves(&self) -> bool {
+    pub fn has_actuators(&self) -> bool {
         !self.takes.is_empty()
     }
 

@@ -23,7 +23,7 @@ pub enum RigFileError {
     },
     /// Invalid TOML.
     #[error("{name}: {message}")]
-    NotOne {
+    InvalidToml {
         /// The file.
         name: String,
         /// Message with line and column.
@@ -31,7 +31,7 @@ pub enum RigFileError {
     },
     /// Invalid setting of the command line or a settings file.
     #[error("{at}: {reason}")]
-    Set {
+    InvalidSetting {
         /// `--set` and its argument, or file, line and column.
         at: String,
         /// Reason.
@@ -39,10 +39,10 @@ pub enum RigFileError {
     },
     /// Several invalid settings.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
-    Sets(Vec<RigFileError>),
+    InvalidSettings(Vec<RigFileError>),
     /// Unknown or missing keys, invalid values, or conflicting keys.
     #[error("cannot run {name}{}:\n  {}", with(sets), problems.join("\n  "))]
-    Wrong {
+    InvalidKeys {
         /// The file.
         name: String,
         /// Arguments of `--set` that cause the errors.
@@ -55,12 +55,12 @@ pub enum RigFileError {
 impl RigFileError {
     /// Whether a command line argument is wrong, not a file.
     #[must_use]
-    pub fn is_usage(&self) -> bool {
+    pub fn is_usage_error(&self) -> bool {
         match self {
-            Self::Set { at, .. } => at.starts_with(SET),
-            Self::Sets(errors) => errors.iter().all(Self::is_usage),
-            Self::Wrong { sets, .. } => !sets.is_empty(),
-            Self::Unreadable { .. } | Self::UnknownRig { .. } | Self::NotOne { .. } => false,
+            Self::InvalidSetting { at, .. } => at.starts_with(SET),
+            Self::InvalidSettings(errors) => errors.iter().all(Self::is_usage_error),
+            Self::InvalidKeys { sets, .. } => !sets.is_empty(),
+            Self::Unreadable { .. } | Self::UnknownRig { .. } | Self::InvalidToml { .. } => false,
         }
     }
 }

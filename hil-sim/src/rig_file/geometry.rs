@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{AxisUnit, AxisWall, Part, RigFile};
+use super::{AxisUnit, AxisWall, ControllerAxes, RigFile};
 use crate::plant::{ArmParameters, PhantomParameters};
 
 /// Geometry of a controller's device.
@@ -36,11 +36,11 @@ pub struct AxisGeometry {
 impl Geometry {
     /// Returns the geometries of a rig's controllers, in the order of its stations. A device without actuators has none.
     #[must_use]
-    pub fn of_all(file: &RigFile) -> Vec<Option<Self>> {
-        Part::of_all(file).iter().map(Self::of_part).collect()
+    pub fn all(file: &RigFile) -> Vec<Option<Self>> {
+        ControllerAxes::all(file).iter().map(Self::of_part).collect()
     }
 
-    fn of_part(part: &Part<'_>) -> Option<Self> {
+    fn of_part(part: &ControllerAxes<'_>) -> Option<Self> {
         let device = part.device;
         let axis = device.axes.iter().enumerate().map(|(axis, section)| AxisGeometry {
             unit: section.unit,
@@ -48,7 +48,7 @@ impl Geometry {
             wall: section.active_wall().cloned(),
             has_hand: section.hand.is_some(),
         });
-        device.moves().then(|| Self {
+        device.has_actuators().then(|| Self {
             device: device.name.clone(),
             axes: part.axes.clone(),
             axis: axis.collect(),

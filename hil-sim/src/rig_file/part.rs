@@ -6,7 +6,7 @@ use super::{AxisSection, ControllerSection, DeviceSection, RigFile};
 
 /// A controller with its axes.
 #[derive(Debug, Clone)]
-pub struct Part<'f> {
+pub struct ControllerAxes<'f> {
     /// Controller.
     pub controller: &'f ControllerSection,
     /// Device.
@@ -15,10 +15,10 @@ pub struct Part<'f> {
     pub axes: Vec<usize>,
 }
 
-impl<'f> Part<'f> {
+impl<'f> ControllerAxes<'f> {
     /// Returns the parts of all controllers in stepping order: those of the first device first.
     #[must_use]
-    pub fn of_all(file: &'f RigFile) -> Vec<Self> {
+    pub fn all(file: &'f RigFile) -> Vec<Self> {
         let of_device = |device: &'f DeviceSection| {
             let its = file.controllers.iter().filter(|controller| controller.device == device.name);
             its.map(move |controller| Self { controller, device, axes: controller.axes(device) })
@@ -34,7 +34,7 @@ impl<'f> Part<'f> {
 
     /// Returns the number of the first link on which it sends.
     #[must_use]
-    pub fn link_out(&self, file: &RigFile) -> usize {
+    pub fn first_send_link(&self, file: &RigFile) -> usize {
         file.links.iter().find(|link| link.from == self.name()).map_or(0, |link| link.from_link.into())
     }
 
@@ -47,9 +47,9 @@ impl<'f> Part<'f> {
 impl RigFile {
     /// Returns the controllers of the hand's device and of the pressing device.
     #[must_use]
-    pub fn pressed(&self) -> Option<[Part<'_>; 2]> {
+    pub fn press_pair(&self) -> Option<[ControllerAxes<'_>; 2]> {
         let press = self.experiment.press.as_ref()?;
-        let parts = Part::of_all(self);
+        let parts = ControllerAxes::all(self);
         let hand = parts.iter().find(|part| part.device.name == press.device)?;
         let link = self.links.iter().find(|link| link.from == hand.name())?;
         let other = parts.iter().find(|part| part.name() == link.to)?;

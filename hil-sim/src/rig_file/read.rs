@@ -27,7 +27,7 @@ type Document<'t> = Spanned<DeTable<'t>>;
 
 /// Reads a rig from `text`, or reports all its errors, one sentence each.
 pub(super) fn read(text: &str, name: &str) -> Result<RigFile, RigFileError> {
-    let document = DeTable::parse(text).map_err(|error| RigFileError::NotOne {
+    let document = DeTable::parse(text).map_err(|error| RigFileError::InvalidToml {
         name: name.to_owned(),
         message: error.to_string().trim_end().to_owned(),
     })?;
@@ -62,7 +62,7 @@ pub(super) fn read(text: &str, name: &str) -> Result<RigFile, RigFileError> {
         }
         _ => {}
     }
-    Err(RigFileError::Wrong { name: name.to_owned(), sets: Vec::new(), problems })
+    Err(RigFileError::InvalidKeys { name: name.to_owned(), sets: Vec::new(), problems })
 }
 
 fn rig(document: &Document<'_>) -> Result<RigFile, Error> {

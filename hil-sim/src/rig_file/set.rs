@@ -23,8 +23,10 @@ impl Setting {
     /// Settings of a `--set` argument: one, or one per key of a table.
     pub(super) fn of_argument(argument: &str) -> Result<Vec<Self>, RigFileError> {
         let at = format!("{SET}{argument}");
-        let refuse =
-            |at| RigFileError::Set { at, reason: "write key=value, for example --set seed=2".to_owned() };
+        let refuse = |at| RigFileError::InvalidSetting {
+            at,
+            reason: "write key=value, for example --set seed=2".to_owned(),
+        };
         let Some((key, value)) = argument.split_once('=') else { return Err(refuse(at)) };
         let (key, value) = (key.trim(), value.trim());
         let is_broken = value.starts_with(['[', '{', '"', '\'']) && value.parse::<Value>().is_err();
@@ -37,9 +39,9 @@ impl Setting {
 
     /// Replaces an old key, in the path or in the value; returns the first one.
     pub(super) fn update(&mut self) -> Option<RenamedKey> {
-        let (key, in_path) = renamed_keys::updated_path(&self.key);
+        let (key, in_path) = renamed_keys::replace_renamed_path(&self.key);
         let value = format!("value = {}", self.value);
-        let (value, in_value) = renamed_keys::updated(&value);
+        let (value, in_value) = renamed_keys::replace_renamed_keys(&value);
         self.key = key;
         self.value = value["value = ".len()..].to_owned();
         in_path.or(in_value.first().copied())
@@ -81,7 +83,7 @@ pub(super) fn apply_all(
     // Applied one by one to find the error of each.
     let (mut errors, mut unfinished) = (Vec::new(), None);
     for Setting { at, key, value } in settings {
-        let refused = |reason: String| RigFileError::Set { at: at.clone(), reason };
+        let refused = |reason: String| RigFileError::InvalidSetting { at: at.clone(), reason };
         let wrong = |error: &toml::de::Error| {
             elsewhere(&table, key, error.message()).unwrap_or_else(|| read::in_words(key, error.message()))
         };
@@ -102,7 +104,7 @@ pub(super) fn apply_all(
     match errors.len() {
         0 => Ok(file),
         1 => Err(errors.remove(0)),
-        _ => Err(RigFileError::Sets(errors)),
+        _ => Err(RigFileError::InvalidSettings(errors)),
     }
 }
 
@@ -192,7 +194,7 @@ pub(super) fn can_be_set(table: &Table, key: &str, value: &str) -> Result<(), St
 /// Sets a value (`device.joint.axis.0.plant.load.inertia`, `0.02`). An entry of a list is selected by its index from
 /// 0, or by its `name` or `device`.
 fn apply(table: &mut Table, key: &str, text: &str) -> Result<(), String> {
-    let (key, _) = renamed_keys::updated_path(key);
+    let (key, _) = renamed_keys::replace_renamed_path(key);
     let parts: Vec<&str> = key.split('.').collect();
     let Some((last, parents)) = parts.split_last() else { return Ok(()) };
     let mut here = table;

@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::set::{self, Setting};
-use super::{RigFile, RigFileError, USUAL};
+use super::{DEFAULT_RIG_NAME, RigFile, RigFileError};
 use crate::schemes::{BUILT_IN_PREFIX, suggestion};
 
 /// The key that names the rig.
@@ -18,14 +18,14 @@ pub(super) fn read(
     name: &str,
     folder: &Path,
 ) -> Result<Option<(&'static str, Vec<Setting>)>, RigFileError> {
-    let not_one = |message: String| RigFileError::NotOne { name: name.to_owned(), message };
+    let not_one = |message: String| RigFileError::InvalidToml { name: name.to_owned(), message };
     let table: toml::Table = toml::from_str(text).map_err(|error: toml::de::Error| {
         not_one(format!("not a valid TOML file: {}{}", error.to_string().trim_end(), scheme_hint(name)))
     })?;
     if table.contains_key("device") {
         return Ok(None);
     }
-    let wanted = table.get(RIG).map_or(Some(USUAL), |rig| rig.as_str()).unwrap_or_default();
+    let wanted = table.get(RIG).map_or(Some(DEFAULT_RIG_NAME), |rig| rig.as_str()).unwrap_or_default();
     let shipped = RigFile::shipped(wanted).ok_or_else(|| {
         let known = super::SHIPPED.map(|(name, _)| name.to_owned());
         RigFileError::UnknownRig { name: wanted.to_owned(), near: suggestion(wanted, &known) }

@@ -5,27 +5,27 @@ use std::fmt;
 use dimsart_core::names::split;
 use dimsart_core::scheme::{ENGINE, PORT_PREFIX, RowError, SWITCH, SchemeError};
 use dimsart_core::{
-    Accepted, CommandError, EngineCommand, Explanation, KindId, ModuleRef, ParameterError, ParameterText,
-    Vocabulary,
+    CommandError, EngineCommand, Explanation, KindId, ModuleRef, ParameterDescription, ParameterError,
+    ParameterTypeDescription, Vocabulary,
 };
 
 use super::{MAX_WORD_CHARS, nearest, suggestion};
-use crate::foreign_text::shortened;
+use crate::untrusted_text::truncate;
 
 /// Error message of a row, with the names of the controller that the row addresses.
-pub struct Explained<'a, V: ?Sized> {
+pub struct SchemeErrorMessage<'a, V: ?Sized> {
     /// The error, with its place.
     pub error: SchemeError<'a>,
     /// The names.
     pub known: &'a V,
 }
 
-impl<V: Vocabulary + ?Sized> Explained<'_, V> {
+impl<V: Vocabulary + ?Sized> SchemeErrorMessage<'_, V> {
     /// Writes `'X' is not a number`, or that the number is missing.
     fn missing_or(&self, f: &mut fmt::Formatter<'_>, what: impl fmt::Display) -> fmt::Result {
         match self.error.place.word {
             "" => write!(f, "expected {what} at the end of the row"),
-            word => write!(f, "'{}' is not {what}", shortened(word, MAX_WORD_CHARS)),
+            word => write!(f, "'{}' is not {what}", truncate(word, MAX_WORD_CHARS)),
         }
     }
 
@@ -44,24 +44,24 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
     /// The word's module kind, if the vocabulary names it although the controller lacks it.
     fn missing_kind(&self) -> Option<&str> {
         let (kind, _) = split(self.error.place.word)?;
-        self.known.kind_name(KindId::of(kind)).filter(|known| *known == kind)
+        self.known.kind_name(KindId::from_name(kind)).filter(|known| *known == kind)
     }
 
-    fn value(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterText<'_>) -> fmt::Result {
-        let ParameterText { name, unit, accepts, .. } = parameter;
+    fn value(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterDescription<'_>) -> fmt::Result {
+        let ParameterDescription { name, unit, accepts, .. } = parameter;
         let unit = unit.for_axes(self.known.axes());
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         match accepts {
-            Accepted::Real { min, max, .. } => {
+            ParameterTypeDescription::Real { min, max, .. } => {
                 self.missing_or(f, format_args!("a number from {min} to {max}{unit}"))
             }
-            Accepted::Count { min, max } => {
+            ParameterTypeDescription::Count { min, max } => {
                 self.missing_or(f, format_args!("an integer from {min} to {max}{unit}"))
             }
-            Accepted::Integer { min, max } => {
+            ParameterTypeDescription::Integer { min, max } => {
                 self.missing_or(f, format_args!("an integer from {min} to {max}{unit}"))
             }
-            Accepted::Choice(names) => {
+            ParameterTypeDescription::Choice(names) => {
                 self.unknown(f, format_args!("a value of {name}"), names.iter().copied())
             }
             _ => self.unknown(f, format_args!("a value of {name}"), SWITCH.iter().copied()),
@@ -69,17 +69,17 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
     }
 
     /// Explains invalid indices of a parameter.
-    fn entry(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterText<'_>) -> fmt::Result {
-        let ParameterText { name, entries, .. } = parameter;
-        let word = shortened(self.error.place.word, MAX_WORD_CHARS);
+    fn entry(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterDescription<'_>) -> fmt::Result {
+        let ParameterDescription { name, entries, .. } = parameter;
+        let word = truncate(self.error.place.word, MAX_WORD_CHARS);
         let (rows, columns) = entries.size(self.known.dof());
-        if entries.are_matrix() {
+        if entries.is_matrix() {
             write!(
                 f,
                 "'{word}' is not an element of {name} ({rows} rows, {columns} columns): write {name}[0][0]; \
                 indices start at 0"
             )
-        } else if entries.are_per_axis() {
+        } else if entries.is_per_axis() {
             write!(
                 f,
                 "'{word}' is not an entry of {name}, which has one value per axis: write {name}[0]; axes start at 0"
@@ -96,10 +96,10 @@ impl<V: Vocabulary + ?Sized> Explained<'_, V> {
     }
 }
 
-impl<V: Vocabulary + ?Sized> fmt::Display for Explained<'_, V> {
+impl<V: Vocabulary + ?Sized> fmt::Display for SchemeErrorMessage<'_, V> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { error: SchemeError { place, problem }, known } = *self;
-        let word = &*shortened(place.word, MAX_WORD_CHARS);
+        let word = &*truncate(place.word, MAX_WORD_CHARS);
         match problem {
             RowError::Module | RowError::ModuleValue if let Some(kind) = self.missing_kind() => {
                 write!(

@@ -21,7 +21,7 @@ fn of_module(engine: &mut Engine, module: ModuleRef) -> Vec<String> {
     if value(engine, module, "ORDER", 0) == Some(Value::Choice(0)) {
         return Vec::new();
     }
-    let every_ticks = engine.rate_of(module).map_or(1, |rate| rate.every_ticks);
+    let every_ticks = engine.module_rate(module).map_or(1, |rate| rate.every_ticks);
     let max_hz = MAX_SHARE / (f64::from(engine.device().sample_period_s()) * f64::from(every_ticks));
     let axes = u8::try_from(engine.device().dof()).unwrap_or(u8::MAX);
     let fault = |axis: u8| {

@@ -3,13 +3,13 @@
 use dimsart_core::scheme::{self, ENGINE, Row, RowError, SchemeError};
 use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleRef, Value, Vocabulary};
 
-use super::explain::Explained;
+use super::explain::SchemeErrorMessage;
 use super::{SIDES, SchemeText, Setting, frequencies};
 use crate::law::{self, Law, LawVocabulary};
 
 /// Result of loading a scheme into a controller.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Loaded {
+pub struct LoadReport {
     /// Invalid and refused rows, as messages with file, row and column.
     pub errors: Vec<String>,
     /// Faults of the scheme as a whole.
@@ -18,10 +18,10 @@ pub struct Loaded {
     pub delays: Vec<String>,
 }
 
-impl Loaded {
+impl LoadReport {
     /// Whether the scheme can run.
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.errors.is_empty() && self.faults.is_empty()
     }
 
@@ -36,7 +36,7 @@ impl Loaded {
 ///
 /// A setting overrides the rows of its parameter: it is applied right before its module is plugged in, and after each
 /// later row that sets the parameter. A setting is a fault if the scheme does not plug in its module.
-pub fn load(scheme: &SchemeText, side: &str, settings: &[Setting], dimsart: &mut Dimsart) -> Loaded {
+pub fn load(scheme: &SchemeText, side: &str, settings: &[Setting], dimsart: &mut Dimsart) -> LoadReport {
     load_for(scheme, side, SIDES, settings, dimsart)
 }
 
@@ -47,7 +47,7 @@ pub fn load_for(
     sides: &[&str],
     settings: &[Setting],
     dimsart: &mut Dimsart,
-) -> Loaded {
+) -> LoadReport {
     let mut errors = Vec::new();
     for row in scheme::rows_for(&scheme.text, side, sides) {
         let law = row.as_ref().ok().and_then(|row| law_of(row, dimsart.engine_mut()));
@@ -88,7 +88,7 @@ pub fn load_for(
         format!("the setting {key} has no effect: the scheme does not plug in {module}; remove {key}")
     }));
     let delays = delays.into_iter().map(|delay| engine.explain(*delay).to_string()).collect();
-    Loaded { errors, faults, delays }
+    LoadReport { errors, faults, delays }
 }
 
 /// A refused row, or a refused setting applied with it.
@@ -107,7 +107,7 @@ impl Refusal<'_> {
     fn explain(&self, name: &str, known: &(impl Vocabulary + ?Sized)) -> String {
         let Self { error, by } = *self;
         let place = error.place;
-        let explained = Explained { error, known };
+        let explained = SchemeErrorMessage { error, known };
         match by {
             None => format!("{name}:{}:{}: {explained}", place.line, place.column),
             Some(Setting { module, command, value, key }) => format!(
@@ -120,10 +120,10 @@ impl Refusal<'_> {
 
 /// Finds the law that the module of a row runs; the row may use the law's names.
 fn law_of(row: &Row<'_>, engine: &mut Engine) -> Option<(ModuleRef, Law)> {
-    let module = law::runner(row, engine)?;
+    let module = law::law_module(row, engine)?;
     let Ok(Value::Count(number)) = engine.get(module, 0, 0) else { return None };
     let (_, program) = engine.programs().find(|(known, _)| u32::from(*known) == number)?;
-    Some((module, Law::of_program(&program)))
+    Some((module, Law::from_program(&program)))
 }
 
 /// Applies a row and the settings that are due with it.

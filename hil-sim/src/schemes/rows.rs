@@ -1,6 +1,6 @@
 //! Converts a controller's scheme to rows of text.
 
-use dimsart_core::{Accepted, Command, Entries, ModuleRef, Value, Vocabulary};
+use dimsart_core::{Command, ModuleRef, ParameterShape, ParameterTypeDescription, Value, Vocabulary};
 
 /// Returns the rows of these commands for `dest`, with these names; commands without a row are skipped.
 ///
@@ -47,25 +47,29 @@ fn parts(command: Command, names: &(impl Vocabulary + ?Sized)) -> Option<[String
 
 /// Index of a parameter's entry in a row: `[2]`, or `[0][2]` of a matrix.
 #[must_use]
-pub fn entry_text(entries: Entries, entry: usize, dof: u8) -> String {
+pub fn entry_text(entries: ParameterShape, entry: usize, dof: u8) -> String {
     let (_, columns) = entries.size(dof);
     let columns = usize::from(columns);
     match (entry.checked_div(columns), entry.checked_rem(columns)) {
-        (Some(row), Some(column)) if entries.are_matrix() => format!("[{row}][{column}]"),
+        (Some(row), Some(column)) if entries.is_matrix() => format!("[{row}][{column}]"),
         _ => format!("[{entry}]"),
     }
 }
 
 /// Formats a value for a row.
 #[must_use]
-pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &(impl Vocabulary + ?Sized)) -> String {
+pub fn value_text(
+    value: Value,
+    accepts: &ParameterTypeDescription<'_>,
+    names: &(impl Vocabulary + ?Sized),
+) -> String {
     match value {
         Value::Real(value) => value.to_string(),
         Value::Count(value) => value.to_string(),
         Value::Integer(value) => value.to_string(),
         Value::Flag(value) => if value { "ON" } else { "OFF" }.to_owned(),
         Value::Choice(index) => match accepts {
-            Accepted::Choice(names) => {
+            ParameterTypeDescription::Choice(names) => {
                 names.get(usize::from(index)).map_or_else(String::new, ToString::to_string)
             }
             _ => index.to_string(),
@@ -76,7 +80,9 @@ pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &(impl Vocabulary
 
 #[cfg(test)]
 mod tests {
-    use dimsart_core::{AxisKind, DataTypeText, KindId, ParameterText, PortDescription, Unit, scheme};
+    use dimsart_core::{
+        AxisKind, DataTypeDescription, KindId, ParameterDescription, PortDescription, Unit, scheme,
+    };
 
     use super::*;
 
@@ -96,12 +102,12 @@ mod tests {
             (place == 0).then_some("MATRIX_MOD")
         }
 
-        fn parameter_text(&self, _kind: KindId, index: u8) -> Option<ParameterText<'_>> {
-            (index == 0).then_some(ParameterText {
+        fn parameter_text(&self, _kind: KindId, index: u8) -> Option<ParameterDescription<'_>> {
+            (index == 0).then_some(ParameterDescription {
                 name: "K",
                 unit: Unit::One,
-                accepts: Accepted::Real { min: 0.0, max: 9.0 },
-                entries: Entries { rows: 0, columns: 3 },
+                accepts: ParameterTypeDescription::Real { min: 0.0, max: 9.0 },
+                entries: ParameterShape { rows: 0, columns: 3 },
                 default: Some(Value::Real(0.0)),
                 is_structural: false,
             })
@@ -111,7 +117,7 @@ mod tests {
             None
         }
 
-        fn type_text(&self, _index: u16) -> Option<DataTypeText<'_>> {
+        fn type_text(&self, _index: u16) -> Option<DataTypeDescription<'_>> {
             None
         }
     }

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use dimsart_core::{Command, DataType, Reason, TickResult, types};
+use dimsart_core::{Command, DataType, SafetyReason, TickResult, types};
 use drive::{Cia402Emergency, Cia402JointFault, JointFault};
 use hil_sim::experiment::{Experiment, run};
 use hil_sim::rig::{Probe, Rig};
@@ -77,13 +77,13 @@ impl Bench {
     /// In truth, `N m`.
     fn torque_nm(&mut self, axis: usize) -> f64 {
         let mut values = [0.0; 8];
-        self.rig().stations()[0].plant.look(axis, &mut values);
+        self.rig().stations()[0].plant.read_quantities(axis, &mut values);
         values[2]
     }
 
     /// What went wrong is over: `reset` is all that it takes until the joint is where it should be.
     fn gets_there_after_a_reset(mut self) {
-        assert_eq!(self.rig().stations()[0].dimsart.safety().reason(), Reason::MeasurementRefused);
+        assert_eq!(self.rig().stations()[0].dimsart.safety().reason(), SafetyReason::MeasurementRefused);
         assert!(self.torque_nm(0).abs() < 1e-12 && self.torque_nm(1).abs() < 1e-12);
         self.rig().stations_mut()[0].dimsart.command(Command::Reset).unwrap();
         let tick = self.rig().ticks();

@@ -99,5 +99,5 @@ fn a_law_says_its_names_by_its_program() {
     let mut bare = law.clone();
     bare.summary.clear();
     bare.parameters.iter_mut().for_each(|parameter| parameter.summary.clear());
-    assert_eq!(Law::of_program(&law.program().unwrap()), bare);
+    assert_eq!(Law::from_program(&law.program().unwrap()), bare);
 }

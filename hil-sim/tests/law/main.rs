@@ -22,7 +22,7 @@ pub(crate) fn controller(dof: usize) -> Dimsart {
     let axes = [AxisKind::Rotary; 8];
     let outputs = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
     let device = DeviceDescriptor::new("arm", &axes[..dof], 1e-3, outputs, &[types::DES_FORCE]);
-    Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap()
 }
 
 pub(crate) fn module(name: &str) -> ModuleRef {

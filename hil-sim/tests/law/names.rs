@@ -1,7 +1,7 @@
 //! Schemes have the names that a law's text gives to its parameters and ports.
 
 use hil_sim::law::Law;
-use hil_sim::schemes::{Loaded, SchemeText, load};
+use hil_sim::schemes::{LoadReport, SchemeText, load};
 
 use super::{controller, keep, tick};
 
@@ -14,13 +14,13 @@ param offset: Force = 0 in -1..1
 force = stiffness * (rest - x) + offset";
 
 /// What rows with the law as number 1 come to, and the forces of a tick at two axes.
-fn run(rows: &str) -> (Loaded, Option<Vec<f32>>) {
+fn run(rows: &str) -> (LoadReport, Option<Vec<f32>>) {
     let mut dimsart = controller(2);
     keep(&mut dimsart, 1, &Law::compile(LAW, "spring.law").unwrap());
     let text = format!("{rows}\nall MOD_ENG MOD_ON ONLINE_MOD\nall MOD_ENG MATCHING_CHECK");
     let scheme = SchemeText { name: "my.scheme".to_owned(), text };
     let loaded = load(&scheme, "master", &[], &mut dimsart);
-    let forces = loaded.is_sound().then(|| tick(&mut dimsart, &[1.0, 2.0, 8.0, 16.0, 0.5, 0.5]));
+    let forces = loaded.is_valid().then(|| tick(&mut dimsart, &[1.0, 2.0, 8.0, 16.0, 0.5, 0.5]));
     (loaded, forces)
 }
 
@@ -33,10 +33,10 @@ fn a_scheme_sets_and_binds_by_the_laws_own_names_or_by_the_controllers() {
         );
         let (loaded, forces) = run(&rows);
         assert_eq!(loaded.errors, [""; 0], "{stiffness}");
-        assert!(!loaded.is_sound(), "a velocity is no position");
+        assert!(!loaded.is_valid(), "a velocity is no position");
         assert_eq!(forces, None);
         let (loaded, forces) = run(&rows.replace("VELOCITY", "POSITION"));
-        assert_eq!(loaded, Loaded::default());
+        assert_eq!(loaded, LoadReport::default());
         assert_eq!(forces, Some(vec![-0.5, -0.5]), "{stiffness}");
         let (_, forces) = run(&rows.replace("VELOCITY", "DES_POSITION"));
         assert_eq!(forces, Some(vec![-2.5, -9.5]), "{stiffness}");

@@ -10,7 +10,7 @@ fn run(drives: u8, period_s: f64, bits: &str) -> DriveBus {
     let joints = ids.iter().map(|_| JointParameters::of_inertia(0.01).build().unwrap()).collect();
     let mut bus = parameters.build(joints, 1);
     for tick in 0..200 {
-        (0..usize::from(drives)).for_each(|axis| bus.switch(axis, true));
+        (0..usize::from(drives)).for_each(|axis| bus.set_enabled(axis, true));
         bus.advance(f64::from(tick) * period_s, period_s, |axis| 0.1 * axis as f64, &|_, _| 0.0);
     }
     bus
@@ -21,7 +21,7 @@ fn load(bus: &DriveBus, period_s: f64) -> f64 {
 }
 
 fn troubles(bus: &DriveBus, drives: usize) -> usize {
-    let is_in_trouble = |reading: &DriveReading| reading.trouble.is_some() || reading.position_rad.is_nan();
+    let is_in_trouble = |reading: &DriveReading| reading.fault.is_some() || reading.position_rad.is_nan();
     (0..drives).filter(|axis| bus.reading(*axis).is_some_and(is_in_trouble)).count()
 }
 

@@ -1,6 +1,6 @@
 //! Lost frames, absent drives, a controller that stops, faults: what the scheme sees, what the joint does, what is said.
 
-use dimsart_core::{Command, DataType, Reason, TickResult, types};
+use dimsart_core::{Command, DataType, SafetyReason, TickResult, types};
 use drive::{MoteusJointFault, MoteusMode};
 use hil_sim::experiment::{Experiment, run};
 use hil_sim::rig::{Probe, Rig};
@@ -30,7 +30,7 @@ impl Bench {
         self.rig().stations()[0].last_tick
     }
 
-    fn reason(&mut self) -> Reason {
+    fn reason(&mut self) -> SafetyReason {
         self.rig().stations()[0].dimsart.safety().reason()
     }
 
@@ -49,7 +49,7 @@ impl Bench {
     /// Torque on a joint, and how it moves, in truth.
     fn world(&mut self, axis: usize) -> (f64, f64) {
         let mut values = [0.0; 8];
-        self.rig().stations()[0].plant.look(axis, &mut values);
+        self.rig().stations()[0].plant.read_quantities(axis, &mut values);
         (values[2], values[1])
     }
 
@@ -88,7 +88,7 @@ fn a_drive_that_leaves_the_bus_is_named_and_the_others_are_let_go() {
     assert!(matches!(refused, TickResult::MeasurementRefused(_)), "{refused:?}");
     assert_eq!(
         (bench.reason(), bench.trouble(0)),
-        (Reason::MeasurementRefused, Some(MoteusJointFault::Silent))
+        (SafetyReason::MeasurementRefused, Some(MoteusJointFault::Silent))
     );
     assert!(bench.world(1).0.abs() < 1e-12, "the other joint is off in the same tick");
     // What is absent holds its torque until its own timeout, 20 ms after the last frame.
@@ -138,7 +138,7 @@ fn replies_that_do_not_come_stop_the_scheme_before_the_drives_do() {
         (Some(MoteusJointFault::Silent), Some(MoteusJointFault::Silent))
     );
     bench.run_to(60);
-    assert_eq!(bench.reason(), Reason::MeasurementRefused);
+    assert_eq!(bench.reason(), SafetyReason::MeasurementRefused);
     assert_eq!(bench.trouble(0), None, "drives that timed out are stopped, and so as good as new");
 }
 
@@ -157,7 +157,7 @@ fn a_fault_is_named_and_stops_all_joints_until_it_is_cleared_by_the_next_start()
     assert!(speed.abs() > 1e-2);
     bench.run_to(200);
     assert_eq!(bench.trouble(1), Some(trouble));
-    assert_eq!(bench.reason(), Reason::MeasurementRefused);
+    assert_eq!(bench.reason(), SafetyReason::MeasurementRefused);
     assert!(bench.world(0).1.to_bits() == speed.to_bits(), "nothing brakes it");
     bench.reset();
     assert_eq!(bench.run_to(201), TickResult::Ran);

@@ -157,8 +157,8 @@ impl Both {
         Ok(Self { pair, end_tick, largest_n: 0.0, largest_step_n: 0.0 })
     }
 
-    fn up_to(&mut self, most: u32) -> u64 {
-        self.pair.random.up_to(most)
+    fn uniform_integer(&mut self, most: u32) -> u64 {
+        self.pair.random.uniform_integer(most)
     }
 
     /// A tick. No force leaves the range or is faster than the rate.
@@ -197,14 +197,14 @@ fn row(case: &Case, seed: u64) -> Result<Row, FaultTableError> {
     let spacing = (both.end_tick - START_TICKS) / TRIES;
     for number in 0..TRIES {
         #[expect(clippy::cast_possible_truncation, reason = "no more than the spacing")]
-        let begin = START_TICKS + number * spacing + both.up_to(spacing - 1) as u32;
+        let begin = START_TICKS + number * spacing + both.uniform_integer(spacing - 1) as u32;
         while both.pair.ticks() < begin {
             run(&mut both, 1, case)?;
         }
         let side = if number % 2 == 0 { 0 } else { 1 };
         let turn = usize::try_from(number / 2).unwrap_or_default() % case.faults.len().max(1);
         let fault = case.faults.get(turn).copied().unwrap_or(Fault::None);
-        let axis = usize::try_from(both.up_to(2)).unwrap_or_default();
+        let axis = usize::try_from(both.uniform_integer(2)).unwrap_or_default();
         if try_once(&mut both, side, fault, axis, &mut row)? {
             run(&mut both, HEALTHY_TICKS, case)?;
         } else {

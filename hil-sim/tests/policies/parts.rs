@@ -1,6 +1,6 @@
 //! Parts of a scenario's pair.
 
-use hil_sim::plant::{Actuation, JointParameters, Joints, Plant, Push, StopsParameters};
+use hil_sim::plant::{Actuation, ExternalForce, JointParameters, Joints, Plant, StopsParameters};
 use hil_sim::schemes::SchemeText;
 
 use crate::play::RELEASE_TICK;
@@ -45,7 +45,7 @@ pub(crate) fn plants(scenario: &Scenario) -> [Box<dyn Plant>; 2] {
     held.load.stiffness = HAND_N_PER_M;
     let max = mm(scenario.wall_mm);
     free.stops = Some(StopsParameters { max, damping: 10.0, ..StopsParameters::default() });
-    let master = (0..scenario.dof).map(|_| (held.build().unwrap(), Some(Box::new(swing) as Push)));
+    let master = (0..scenario.dof).map(|_| (held.build().unwrap(), Some(Box::new(swing) as ExternalForce)));
     let slave = (0..scenario.dof).map(|_| (free.build().unwrap(), None));
     [Box::new(Hand(Joints::new(master.collect()))), Box::new(Joints::new(slave.collect()))]
 }
@@ -65,7 +65,7 @@ impl Plant for Hand {
 
     fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32]) {
         if start_s >= RELEASE_S {
-            self.0.joints_mut().for_each(|joint| joint.hold(0.0, 0.0));
+            self.0.joints_mut().for_each(|joint| joint.set_load_spring(0.0, 0.0));
         }
         self.0.advance(start_s, period_s, command);
     }
@@ -82,7 +82,7 @@ impl Plant for Hand {
         self.0.quantities(axis)
     }
 
-    fn look(&self, axis: usize, values: &mut [f64]) {
-        self.0.look(axis, values);
+    fn read_quantities(&self, axis: usize, values: &mut [f64]) {
+        self.0.read_quantities(axis, values);
     }
 }

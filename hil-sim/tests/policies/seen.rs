@@ -2,7 +2,7 @@
 
 use crate::faulty_pair::Pair;
 use dimsart_core::{
-    DriveState, ModuleFault, ModuleRef, Reason, ReasonCounts, Scalar as _, TickResult, types,
+    DriveState, ModuleFault, ModuleRef, ReasonCounts, SafetyReason, Scalar as _, TickResult, types,
 };
 use dimsart_link::{Event, EventLog};
 
@@ -11,7 +11,7 @@ use dimsart_link::{Event, EventLog};
 pub(crate) struct Seen {
     pub(crate) ticks: u64,
     pub(crate) came: TickResult,
-    pub(crate) reason: Reason,
+    pub(crate) reason: SafetyReason,
     pub(crate) state: DriveState,
     /// Forces commanded by the scheme and applied to the device, N.
     pub(crate) commanded_n: Vec<f32>,

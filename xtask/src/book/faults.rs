@@ -1,6 +1,6 @@
 //! A page per safety reason and event, from the core's texts.
 
-use dimsart_core::Reason;
+use dimsart_core::SafetyReason;
 use dimsart_link::EventKind;
 
 use super::{Page, read_text};
@@ -16,13 +16,13 @@ struct Fault {
 }
 
 fn faults() -> impl Iterator<Item = Fault> {
-    let reasons = Reason::ALL.iter().map(|reason| Fault {
+    let reasons = SafetyReason::ALL.iter().map(|reason| Fault {
         number: reason.number(),
         name: reason.name(),
         meaning: reason.meaning(),
         remedy: reason.remedy(),
         is: match (reason.is_fault(), reason.is_limit()) {
-            _ if *reason == Reason::LinkDown => {
+            _ if *reason == SafetyReason::LinkDown => {
                 "A fault: the device moves to its safe value, within its rate limit, until the first packet. The lease is kept."
             }
             (true, _) => {
@@ -94,7 +94,7 @@ mod tests {
     fn every_number_of_the_page_leads_to_its_own() {
         let page = with_links(&read_text("docs/faults.md").unwrap());
         let pages = pages().unwrap();
-        assert_eq!(pages.len(), Reason::ALL.len() + EventKind::ALL.len());
+        assert_eq!(pages.len(), SafetyReason::ALL.len() + EventKind::ALL.len());
         for Page { path, .. } in &pages {
             assert!(page.contains(&format!("]({})", path.trim_start_matches("docs/"))), "{path}");
         }

@@ -19,7 +19,7 @@ impl Receiver {
     }
 
     #[expect(clippy::unused_self, reason = "the classic CAN receiver has a state")]
-    pub(super) fn take<'d>(&mut self, data: &'d [u8], _: u16) -> Option<&'d [u8]> {
+    pub(super) fn push<'d>(&mut self, data: &'d [u8], _: u16) -> Option<&'d [u8]> {
         can_fd::unpack(data)
     }
 }

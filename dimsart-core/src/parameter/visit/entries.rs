@@ -4,7 +4,7 @@ use core::ops::RangeInclusive;
 
 use super::{Parameters, Request, Set};
 use crate::limits::MAX_DOF;
-use crate::parameter::{Accepts, Choice, Entries, Parameter, Value};
+use crate::parameter::{Choice, Parameter, ParameterShape, ParameterType, Value};
 use crate::signal::{Summary, Unit};
 
 impl Parameters<'_> {
@@ -19,7 +19,15 @@ impl Parameters<'_> {
         default: i32,
         summary: &'static str,
     ) {
-        self.signed(field, name, unit, range.into_inner(), default, Entries::ONE, Summary::new(summary));
+        self.signed(
+            field,
+            name,
+            unit,
+            range.into_inner(),
+            default,
+            ParameterShape::ONE,
+            Summary::new(summary),
+        );
     }
 
     /// Declares a signed whole number per axis.
@@ -33,7 +41,15 @@ impl Parameters<'_> {
         default: i32,
         summary: &'static str,
     ) {
-        self.signed(field, name, unit, range.into_inner(), default, Entries::AXES, Summary::new(summary));
+        self.signed(
+            field,
+            name,
+            unit,
+            range.into_inner(),
+            default,
+            ParameterShape::AXES,
+            Summary::new(summary),
+        );
     }
 
     /// Declares a whole number per axis.
@@ -48,7 +64,7 @@ impl Parameters<'_> {
         summary: &'static str,
     ) {
         let (range, summary) = (range.into_inner(), Summary::new(summary));
-        self.whole(field, name, unit, range, default, Entries::AXES, false, summary);
+        self.whole(field, name, unit, range, default, ParameterShape::AXES, false, summary);
     }
 
     /// Declares a switch per axis.
@@ -60,14 +76,14 @@ impl Parameters<'_> {
         default: bool,
         summary: &'static str,
     ) {
-        self.switch(field, name, default, Entries::AXES, false, Summary::new(summary));
+        self.switch(field, name, default, ParameterShape::AXES, false, Summary::new(summary));
     }
 
     /// Declares a choice per axis.
     #[inline(always)]
     pub fn per_axis_choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
         let summary = Summary::new(summary);
-        let index = self.named(field.index(), C::NAMES, name, Entries::AXES, false, summary);
+        let index = self.named(field.index(), C::NAMES, name, ParameterShape::AXES, false, summary);
         *field = C::from_index(index);
     }
 
@@ -84,7 +100,7 @@ impl Parameters<'_> {
     ) {
         const { assert!(R * C > 1 && R * C <= 255, "a matrix parameter has 2 to 255 elements") };
         #[expect(clippy::cast_possible_truncation, reason = "checked above")]
-        let entries = Entries { rows: R as u8, columns: C as u8 };
+        let entries = ParameterShape { rows: R as u8, columns: C as u8 };
         let summary = Summary::new(summary);
         self.elements(field.as_flattened_mut(), name, unit, range.into_inner(), default, entries, summary);
     }
@@ -102,7 +118,7 @@ impl Parameters<'_> {
     ) {
         const { assert!(C > 0 && C * MAX_DOF <= 255, "a row has 1 to 31 elements") };
         #[expect(clippy::cast_possible_truncation, reason = "checked above")]
-        let entries = Entries { columns: C as u8, ..Entries::SQUARE };
+        let entries = ParameterShape { columns: C as u8, ..ParameterShape::SQUARE };
         self.elements(field, name, unit, range.into_inner(), default, entries, Summary::new(summary));
     }
 
@@ -117,7 +133,7 @@ impl Parameters<'_> {
         summary: &'static str,
     ) {
         let (range, summary) = (range.into_inner(), Summary::new(summary));
-        self.elements(field, name, unit, range, default, Entries::SQUARE, summary);
+        self.elements(field, name, unit, range, default, ParameterShape::SQUARE, summary);
     }
 
     #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
@@ -129,13 +145,13 @@ impl Parameters<'_> {
         unit: Unit,
         (min, max): (f32, f32),
         default: f32,
-        entries: Entries,
+        entries: ParameterShape,
         summary: Summary,
     ) {
         if !self.is_asked() {
             return;
         }
-        let (accepts, default) = (Accepts::Real { min, max }, Some(Value::Real(default)));
+        let (accepts, default) = (ParameterType::Real { min, max }, Some(Value::Real(default)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
         let element = match &self.request {
             Request::Get { entry, .. } | Request::Set(Set { element: entry, .. }) => *entry,
@@ -160,13 +176,13 @@ impl Parameters<'_> {
         unit: Unit,
         (min, max): (i32, i32),
         default: i32,
-        entries: Entries,
+        entries: ParameterShape,
         summary: Summary,
     ) {
         if !self.is_asked() {
             return;
         }
-        let (accepts, default) = (Accepts::Integer { min, max }, Some(Value::Integer(default)));
+        let (accepts, default) = (ParameterType::Integer { min, max }, Some(Value::Integer(default)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
         if let Some(Value::Integer(value)) = self.answer(&parameter, Some(Value::Integer(*field))) {
             *field = value;

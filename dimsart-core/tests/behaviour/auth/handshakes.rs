@@ -9,7 +9,7 @@ fn what_finds_together_is_good_for_once() {
         let hello = channel.sealer.handshake().expect("new").to_vec();
         assert_eq!(channel.open(&hello), Ok(None));
         let challenge = channel.opener.handshake().expect("greeted").to_vec();
-        assert!(channel.sealer.take(&challenge));
+        assert!(channel.sealer.receive(&challenge));
         let proof = channel.sealer.handshake().expect("challenged").to_vec();
         assert_eq!(channel.open(&proof), Ok(None));
         let taken = channel.opener.handshake().expect("proven").to_vec();
@@ -20,18 +20,18 @@ fn what_finds_together_is_good_for_once() {
                 assert_eq!(channel.open(said), Ok(None), "no new association");
             }
             for said in [&challenge, &taken] {
-                channel.sealer.take(said);
+                channel.sealer.receive(said);
             }
             while channel.opener.handshake().is_some() {}
             assert!(channel.open(sealed).is_err(), "a replay is refused");
         }
         // Nor after a restart of either end.
         channel.sealer = sealer(profile, 3);
-        assert!(!channel.sealer.take(&challenge));
+        assert!(!channel.sealer.receive(&challenge));
         channel.find_together();
         assert!(channel.passes());
         assert_eq!(channel.open(&proof), Err(AuthError::Tag));
-        assert!(!channel.sealer.take(&taken) || channel.passes());
+        assert!(!channel.sealer.receive(&taken) || channel.passes());
         assert!(channel.passes());
     }
 }
@@ -55,8 +55,8 @@ fn a_false_hello_challenge_or_proof_or_a_repetition_interrupts_nobody() {
             let hello = stranger.sealer.handshake().expect("new").to_vec();
             assert_eq!(stranger.open(&hello), Ok(None));
             let challenge = stranger.opener.handshake().expect("greeted").to_vec();
-            assert!(!channel.sealer.take(&challenge));
-            assert!(stranger.sealer.take(&challenge));
+            assert!(!channel.sealer.receive(&challenge));
+            assert!(stranger.sealer.receive(&challenge));
             let proof = stranger.sealer.handshake().expect("challenged").to_vec();
             assert_eq!(channel.open(&proof), Err(AuthError::Tag));
 
@@ -86,7 +86,7 @@ fn a_flood_of_hellos_keeps_nobody_from_finding_together() {
         assert_eq!(channel.open(&hello), Ok(None));
         let challenge = channel.opener.handshake().expect("greeted").to_vec();
         flood(&mut channel.opener);
-        assert!(channel.sealer.take(&challenge));
+        assert!(channel.sealer.receive(&challenge));
         let proof = channel.sealer.handshake().expect("challenged").to_vec();
         flood(&mut channel.opener);
         assert_eq!(channel.open(&proof), Ok(None));
@@ -107,14 +107,14 @@ fn a_challenge_that_was_good_once_takes_no_sealer_out_of_its_next_association() 
             let mut question = [0; MAX_CONTENT_BYTES];
             question[3] = 7;
             let question = seal(Class::Handshake, CHANNEL, 0, 4, &mut question).expect("fits");
-            channel.sealer.take(question);
+            channel.sealer.receive(question);
             let hello = channel.sealer.handshake().expect("asked").to_vec();
             assert_eq!(channel.open(&hello), Ok(None));
             challenges.push(channel.opener.handshake().expect("greeted").to_vec());
-            assert!(channel.sealer.take(challenges.last().expect("pushed")));
+            assert!(channel.sealer.receive(challenges.last().expect("pushed")));
             channel.find_together();
             for challenge in &challenges {
-                channel.sealer.take(challenge);
+                channel.sealer.receive(challenge);
                 assert!(channel.passes(), "start {start}");
             }
         }

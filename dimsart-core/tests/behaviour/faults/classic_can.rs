@@ -21,9 +21,9 @@ fn packet() -> Vec<Vec<u8>> {
 fn is_taken(before: &[Vec<u8>], frame: &[u8]) -> bool {
     let mut assembler = Assembler::new();
     for frame in before {
-        assert!(assembler.take(frame, CHANNEL).is_none());
+        assert!(assembler.push(frame, CHANNEL).is_none());
     }
-    assembler.take(frame, CHANNEL);
+    assembler.push(frame, CHANNEL);
     assembler.dropped() == 0
 }
 

@@ -1,7 +1,7 @@
 //! Contents forged and replayed without the key.
 
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
-use dimsart_link::auth::{AuthError, Key, Line, Opener, Profile, Sealer};
+use dimsart_link::auth::{AuthError, Key, KeyDomain, Opener, Profile, Sealer};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -19,13 +19,13 @@ struct Channel {
 
 impl Channel {
     fn new(profile: Profile) -> Self {
-        let (key, line) = (Key::new(b"sixteen byte key"), Line::Link(0));
+        let (key, line) = (Key::new(b"sixteen byte key"), KeyDomain::Link(0));
         let mut sealer = Sealer::new(&key, line, profile, CHANNEL, 1);
         let mut opener = Opener::new(&key, line, profile, CHANNEL, 2);
         for _ in 0..2 {
             let said = sealer.handshake().unwrap();
             assert_eq!(opener.open(said, &mut [0; MAX_CONTENT_BYTES]), Ok(None));
-            assert!(sealer.take(opener.handshake().unwrap()));
+            assert!(sealer.receive(opener.handshake().unwrap()));
         }
         Self { sealer, opener }
     }

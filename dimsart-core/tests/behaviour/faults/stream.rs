@@ -31,7 +31,7 @@ fn run(dropped: f64, inserted: f64, frames: u64, seed: u64) {
         let content = packet.to_bytes();
         let frame = encode(&content, &mut buffer).unwrap();
         let mut take = |byte| {
-            if let Some(content) = receiver.take(byte)
+            if let Some(content) = receiver.push(byte)
                 && let Ok(found) = Packet::from_bytes(content, 0)
             {
                 if late.take_if(|late| *late == found).is_some() {

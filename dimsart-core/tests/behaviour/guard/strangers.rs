@@ -18,7 +18,7 @@ fn a_mirror_is_no_other_side() {
         }
         assert!(count >= 1000 && side.taken.is_empty(), "{} of {count} taken", side.taken.len());
         assert!(side.refused.iter().all(|error| *error == AuthError::Tag));
-        assert!(!side.guard.is_answered());
+        assert!(!side.guard.has_session());
     }
 }
 
@@ -61,7 +61,7 @@ fn what_is_moved_to_another_link_is_refused_and_no_trouble() {
         let of_link = |number, seed| {
             let mut link = Link::new(profile, CHANNELS, 0);
             let [left, right] = CHANNELS;
-            let line = Line::Link(number);
+            let line = KeyDomain::Link(number);
             link.sides = [
                 Side::of_line(KEY, line, profile, [left, right], seed),
                 Side::of_line(KEY, line, profile, [right, left], seed + 1),
@@ -102,7 +102,7 @@ fn another_key_on_the_other_side_is_refused() {
         link.sides[1] = Side::new(b"another key of16", profile, [right, left], 2);
         link.run(500, &mut clean);
         for side in &link.sides {
-            assert!(side.taken.is_empty() && !side.guard.is_answered());
+            assert!(side.taken.is_empty() && !side.guard.has_session());
             assert!(side.refused.len() > 400 && side.refused.iter().all(|error| *error == AuthError::Tag));
         }
     }

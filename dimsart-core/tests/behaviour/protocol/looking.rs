@@ -4,7 +4,7 @@ use crate::common::IDS;
 use crate::common::module_at;
 use dimsart_core::{Format, ModuleRef, scheme, types};
 use dimsart_link::protocol::{
-    LeaseAction, MAX_SIGNAL_WORDS, Refusal, Request, Response, SchemeAction, SignalText,
+    LeaseAction, MAX_SIGNAL_WORDS, Refusal, Request, Response, SchemeAction, SignalWords,
 };
 
 use super::served::{ServedDevice, module};
@@ -20,7 +20,7 @@ fn load(served: &mut ServedDevice, rows: &str) {
     assert_eq!(scheme::load(rows, "slave", SIDES, &mut served.dimsart, |error| panic!("{error:?}")), 0);
 }
 
-fn memory(served: &mut ServedDevice, module: ModuleRef, port: u8, from: u16) -> Option<SignalText> {
+fn memory(served: &mut ServedDevice, module: ModuleRef, port: u8, from: u16) -> Option<SignalWords> {
     match served.ask(Request::Memory { module, port, from }) {
         Response::Signal(words) => Some(words),
         Response::Refused(Refusal::NotFound) => None,

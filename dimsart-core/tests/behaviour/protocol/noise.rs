@@ -1,7 +1,9 @@
 //! Line errors: noise, damage, cuts, and clients that write at the same time.
 
 use dimsart_core::{Command, Value};
-use dimsart_link::protocol::{Counters, Receiver, Request, Response, client_of, decode_request, request_id};
+use dimsart_link::protocol::{
+    Counters, Receiver, Request, Response, decode_request, request_client, request_id,
+};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
@@ -113,15 +115,15 @@ fn eight_clients_that_cut_into_each_other_s_frames_lose_some_and_forge_none() {
         let bytes = &mut waiting[client];
         let size = usize::try_from(random.next_u32() % 60).unwrap().min(bytes.len());
         let piece: Vec<u8> = bytes.drain(..size).collect();
-        receiver.take_all(&piece, |content| {
+        receiver.push_all(&piece, |content| {
             let (id, found) = decode_request(content).unwrap();
-            assert_eq!(found, request(client_of(id)));
+            assert_eq!(found, request(request_client(id)));
             taken += 1;
         });
     }
     let Counters { frames, damaged, .. } = receiver.counters();
     assert_eq!(frames, taken);
     assert!(frames > 400 && damaged > 100, "{frames} whole, {damaged} damaged");
-    receiver.take_all(&frame(request(1), 7), |_| taken += 1);
+    receiver.push_all(&frame(request(1), 7), |_| taken += 1);
     assert_eq!(taken, frames + 1, "the next whole frame is found");
 }

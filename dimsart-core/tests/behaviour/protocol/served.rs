@@ -23,7 +23,7 @@ pub(super) const MAP: &DataType = &DataType {
 pub(super) fn robot() -> Dimsart {
     let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION, MAP], &[types::DES_FORCE]);
-    Dimsart::new(ProvidedMemory::leaked(), device.unwrap(), ALL).unwrap()
+    Dimsart::new(ProvidedMemory::leak_default(), device.unwrap(), ALL).unwrap()
 }
 
 /// A controller at the far end of a line.
@@ -45,10 +45,10 @@ impl ServedDevice {
     pub(super) fn send(&mut self, bytes: &[u8]) -> Vec<(u16, Response<'static>)> {
         let mut answers = Vec::new();
         let Self { dimsart, info, device, host, .. } = self;
-        device.take_all(bytes, |content| {
+        device.push_all(bytes, |content| {
             let mut buffer = [0; MAX_FRAME_BYTES];
             let frame = answer(content, dimsart, info, &mut buffer).unwrap().unwrap();
-            host.take_all(frame, |content| {
+            host.push_all(frame, |content| {
                 // Leaked, so that the texts in the response outlive the frame.
                 answers.push(decode_response(content.to_vec().leak()).unwrap());
             });

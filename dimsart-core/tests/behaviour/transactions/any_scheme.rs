@@ -14,7 +14,7 @@
 
 use crate::common::IDS;
 use dimsart_core::{
-    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, InputLimits, ModuleRef, Packet,
+    AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, InputLimits, ModuleRef, Packet, ParameterType,
     ProvidedMemory, SafeValue, TickResult, TypeRef, Value, Word, scheme, types,
 };
 use dimsart_modules::ALL;
@@ -52,14 +52,14 @@ fn any_signal(random: &mut Pcg32) -> TypeRef {
     TypeRef { id: data_type.id, number: [1, 1, 1, 2, 3][below(random, 5) as usize] }
 }
 
-fn any_value(random: &mut Pcg32, accepts: Accepts) -> Value {
+fn any_value(random: &mut Pcg32, accepts: ParameterType) -> Value {
     match accepts {
-        Accepts::Real { min, max } => Value::Real(any_real(random, min, max)),
-        Accepts::Count { max, .. } => Value::Count(below(random, max.min(200) + 2)),
-        Accepts::Integer { .. } => Value::Integer(below(random, 100) as i32 - 50),
-        Accepts::Flag => Value::Flag(below(random, 2) == 0),
-        Accepts::Choice(names) => Value::Choice(below(random, names.len() as u32 + 1) as u8),
-        Accepts::Types => Value::Type(any_signal(random)),
+        ParameterType::Real { min, max } => Value::Real(any_real(random, min, max)),
+        ParameterType::Count { max, .. } => Value::Count(below(random, max.min(200) + 2)),
+        ParameterType::Integer { .. } => Value::Integer(below(random, 100) as i32 - 50),
+        ParameterType::Flag => Value::Flag(below(random, 2) == 0),
+        ParameterType::Choice(names) => Value::Choice(below(random, names.len() as u32 + 1) as u8),
+        ParameterType::Types => Value::Type(any_signal(random)),
     }
 }
 
@@ -75,7 +75,7 @@ fn any_command(random: &mut Pcg32) -> Command {
         20..37 => {
             let parameter = if below(random, 12) == 0 { EVERY_TICKS } else { below(random, 7) as u8 };
             let accepts = ALL.describe_parameter(kind, parameter).map(|found| found.accepts);
-            let value = any_value(random, accepts.unwrap_or(Accepts::Flag));
+            let value = any_value(random, accepts.unwrap_or(ParameterType::Flag));
             let entry = [None, None, Some(0), Some(5)][below(random, 4) as usize];
             Command::Set { module, parameter, entry, value }
         }
@@ -137,7 +137,8 @@ impl Robot {
     fn controller(self) -> Dimsart {
         let axes = vec![AxisKind::Rotary; self.axes];
         let device = DeviceDescriptor::new("arm", &axes, H, self.outputs, &[types::DES_FORCE]);
-        Dimsart::new(ProvidedMemory::leaked(), device.unwrap().with_limits(&[LIMITS]).unwrap(), ALL).unwrap()
+        Dimsart::new(ProvidedMemory::leak_default(), device.unwrap().with_limits(&[LIMITS]).unwrap(), ALL)
+            .unwrap()
     }
 
     fn load(self, side: &str, dimsart: &mut Dimsart) {
@@ -191,7 +192,7 @@ fn torment(robot: Robot, commands: u32, seed: u64) -> Counts {
             }
         }
         if below(&mut random, 50) == 0 {
-            bench.dimsart.allow_motion(below(&mut random, 3) > 0);
+            bench.dimsart.set_motion_allowed(below(&mut random, 3) > 0);
         }
         other.tick(&[Word(0); 3], &mut [Word(0); 3]);
         if let Some(packet) = other.take_outgoing(0) {

@@ -11,7 +11,7 @@
 mod model;
 
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Input, Memory, Module, ModuleKinds, ModuleRef, Output,
+    Command, CommandError, Context, Declarations, Input, Memory, Module, ModuleKinds, ModuleRef, Output,
     TickResult, TypeRef, Unit, Value, types, words,
 };
 use rand_core::{Rng, SeedableRng};
@@ -58,7 +58,7 @@ impl Module for Node {
     type AxisState = ();
     type Ports = Ports;
 
-    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+    fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {
         let mut ports = Ports::default();
         for (place, name) in (0..settings.inputs).zip(INPUT_NAMES) {
             let input = declare.any_unit().input(name, types::SIGNAL);

@@ -81,7 +81,7 @@ fn refusals() {
     ];
     assert_bytes(&errors, &expected);
     let refusals = [
-        Refusal::NotUnderstood,
+        Refusal::Unsupported,
         Refusal::NotFound,
         Refusal::TooLong,
         Refusal::Engine(CommandError::TooManyPorts),
@@ -107,7 +107,7 @@ fn reasons() {
     let not_finite = FrameError::NotFinite { signal: SIGNAL, word: 2 };
     let reasons = [
         NotCommandedReason::Mismatch(FINDING),
-        NotCommandedReason::Mismatch(Finding::TwoProviders { signal: SIGNAL, first, second }),
+        NotCommandedReason::Mismatch(Finding::MultipleWriters { signal: SIGNAL, first, second }),
         NotCommandedReason::Mismatch(mismatch(TypeMismatch::Unit)),
         NotCommandedReason::Mismatch(mismatch(TypeMismatch::Format)),
         NotCommandedReason::Mismatch(mismatch(TypeMismatch::Shape)),

@@ -13,11 +13,11 @@ fn responses() {
     let first_fault = Some(FirstFault { tick: 300, reason: NotCommandedReason::Tick(TickResult::Idle) });
     let parameter = |accepts| {
         let (name, default) = ("P", Some(Value::Count(1)));
-        Response::Parameter(ParameterText {
+        Response::Parameter(ParameterDescription {
             name,
             unit,
             accepts,
-            entries: Entries { rows: 0, columns: 3 },
+            entries: ParameterShape { rows: 0, columns: 3 },
             default,
             is_structural: false,
         })
@@ -39,7 +39,7 @@ fn responses() {
         |origin, fallback, trial| Response::Schemes(SchemeStatus { origin, fallback, trial, is_saved: true });
     let refused = LoadError::Refused { command: 300, error: CommandError::TooManyPorts };
     let data_type =
-        |format, shape| Response::DataType(DataTypeText { id: 300, name: "N", unit, format, shape });
+        |format, shape| Response::DataType(DataTypeDescription { id: 300, name: "N", unit, format, shape });
     let responses = [
         Response::Refused(Refusal::NotFound),
         Response::Identity(Identity {
@@ -49,13 +49,13 @@ fn responses() {
             axes,
             sample_period_s: 0.5,
         }),
-        Response::Module(ModuleText { name: "M" }),
-        parameter(Accepted::Real { min: 0.0, max: 1.0 }),
-        parameter(Accepted::Count { min: 0, max: 300 }),
-        parameter(Accepted::Flag),
-        parameter(Accepted::Choice(heapless::Vec::from_slice(&["A", "BC"]).unwrap())),
-        parameter(Accepted::Types),
-        parameter(Accepted::Integer { min: -1, max: 300 }),
+        Response::Module(ModuleDescription { name: "M" }),
+        parameter(ParameterTypeDescription::Real { min: 0.0, max: 1.0 }),
+        parameter(ParameterTypeDescription::Count { min: 0, max: 300 }),
+        parameter(ParameterTypeDescription::Flag),
+        parameter(ParameterTypeDescription::Choice(heapless::Vec::from_slice(&["A", "BC"]).unwrap())),
+        parameter(ParameterTypeDescription::Types),
+        parameter(ParameterTypeDescription::Integer { min: -1, max: 300 }),
         port(Direction::Read, Stage::Early, Some(SIGNAL)),
         port(Direction::Write, Stage::Late, Some(SIGNAL)),
         port(Direction::Memory(300), Stage::Early, None),
@@ -64,7 +64,7 @@ fn responses() {
         data_type(Format::U32, Shape::Matrix(2, 3)),
         data_type(Format::Bool, Shape::Scalar),
         data_type(Format::Bool, Shape::Square),
-        Response::Instance(InstanceText { module: MODULE, place: Some(0) }),
+        Response::Instance(InstanceDescription { module: MODULE, place: Some(0) }),
         Response::Entry(SIGNAL),
         Response::Effect(Effect {
             refused: None,
@@ -74,7 +74,7 @@ fn responses() {
         }),
         Response::Value(Value::Choice(2)),
         Response::Value(Value::Integer(-2)),
-        Response::Signal(SignalText {
+        Response::Signal(SignalWords {
             format: Format::F32,
             unit,
             total_words: 2,
@@ -125,9 +125,9 @@ fn responses() {
         Response::Bound(BoundReport { cycles: 300, limit_cycles: None }),
         Response::Motor(MotorReport {
             layout: 300,
-            is_kept: true,
+            is_stored: true,
             fallback: None,
-            waits: true,
+            is_restart_pending: true,
             words: MotorWords::from_slice(&[1, 300]).unwrap(),
         }),
         Response::Motor(MotorReport { fallback: Some(MotorFallback::Value), ..MotorReport::default() }),

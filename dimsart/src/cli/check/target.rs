@@ -4,8 +4,8 @@ use std::error::Error;
 use std::path::Path;
 
 use boards::BOARDS;
-use boards::catalogue::Tooling;
-use dimsart_core::limits::{MAX_LINKS, Sizes};
+use boards::catalogue::ToolData;
+use dimsart_core::limits::{Capacities, MAX_LINKS};
 use dimsart_core::{Costs, Dimsart, Usage};
 
 use crate::budget::{Budget, BudgetError};
@@ -16,7 +16,7 @@ use hil_sim::first_packet::first_packet;
 /// A board and its limit of a tick.
 pub(super) struct Target {
     pub(super) name: String,
-    pub(super) board: &'static Tooling,
+    pub(super) board: &'static ToolData,
     /// From the stamp of its image, or why it is unknown.
     pub(super) limit: Result<Limit, String>,
 }
@@ -32,7 +32,7 @@ impl Target {
     /// Finds a board by name, with this image or the image built last.
     pub(super) fn find(name: &str, image: Option<&Path>) -> Result<Self, Box<dyn Error>> {
         let found = BOARDS.iter().find(|board| board.name == name).map(|board| &board.tooling);
-        let board = found.ok_or_else(|| BudgetError::Unknown { name: name.to_owned() })?;
+        let board = found.ok_or_else(|| BudgetError::UnknownBoard { name: name.to_owned() })?;
         Ok(Self { name: name.to_owned(), board, limit: limit(name, image)? })
     }
 
@@ -46,7 +46,7 @@ impl Target {
         }
         let mut uses =
             |link: &usize| dimsart.receive_channel(*link) > 0 || first_packet(dimsart, *link).is_some();
-        let Sizes { modules, wires, bindings, slots, links, .. } = board.sizes;
+        let Capacities { modules, wires, bindings, slots, links, .. } = board.sizes;
         let missing = (links..MAX_LINKS).filter(|link| uses(link));
         faults.extend(missing.map(|link| {
             format!(
@@ -55,7 +55,7 @@ impl Target {
             )
         }));
         let Usage { modules: taken_modules, slots: used_slots, .. } = dimsart.engine().usage();
-        let [taken_wires, taken_bindings] = dimsart.engine().wires_and_bindings();
+        let [taken_wires, taken_bindings] = dimsart.engine().wire_and_binding_counts();
         let too_many = [
             (taken_modules, modules, "modules"),
             (used_slots, slots, "slots of the Data Base"),

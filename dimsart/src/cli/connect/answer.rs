@@ -9,7 +9,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::live;
-use crate::connect::{KeyReport, LiveReport, Recorded, Sent, SignalReport};
+use crate::connect::{KeyReport, LiveReport, RecorderRows, SendOutcome, SignalReport};
 
 #[derive(Debug, Args)]
 pub(super) struct Json {
@@ -34,7 +34,7 @@ pub(super) struct SentFile {
     pub(super) file: String,
     pub(super) side: &'static str,
     #[serde(flatten)]
-    pub(super) sent: Sent,
+    pub(super) sent: SendOutcome,
 }
 
 impl Display for SentFile {
@@ -97,7 +97,7 @@ struct WrittenRows<'a> {
 
 /// Writes the rows of a recorder to a file or to `out`; notes go to the other output.
 pub(super) fn write_recorded(
-    recorded: &Recorded,
+    recorded: &RecorderRows,
     file: Option<&Path>,
     json: &Json,
     out: &mut impl Write,
@@ -112,7 +112,7 @@ pub(super) fn write_recorded(
     let written = File::create(path).and_then(|file| recorded.write_csv(file));
     written.map_err(|error| io::Error::other(format!("cannot write {}: {error}", path.display())))?;
     if json.json {
-        let Recorded { recorder, signal, rows, overwritten, .. } = recorded;
+        let RecorderRows { recorder, signal, rows, overwritten, .. } = recorded;
         let written =
             WrittenRows { file: path, recorder, signal, rows: rows.len(), overwritten: *overwritten };
         return writeln!(out, "{}", serde_json::to_string(&written)?);

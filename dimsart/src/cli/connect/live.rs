@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::{Device, Json, Look};
-use crate::connect::{ConnectError, Live, SignalReport};
+use crate::connect::{ConnectError, SignalPoll, SignalReport};
 
 /// Interval at which Ctrl-C is checked.
 const A_MOMENT: Duration = Duration::from_millis(20);
@@ -85,9 +85,9 @@ fn refresh(
     stop: &AtomicBool,
     out: &mut impl Write,
 ) -> Result<String, Box<dyn Error>> {
-    let (mut next, mut live) = (Instant::now(), Live::new(names, period));
+    let (mut next, mut live) = (Instant::now(), SignalPoll::new(names, period));
     loop {
-        let signals = device.look(&mut live)?;
+        let signals = device.read_signals(&mut live)?;
         let look = Look { live: Some(device.live()?), signals };
         let text = if json.json { serde_json::to_string(&look)? } else { look.to_string() };
         screen.show(out, &text)?;

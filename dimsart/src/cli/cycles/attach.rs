@@ -5,13 +5,13 @@ use std::io::Write;
 use std::time::Duration;
 
 use comfy_table::CellAlignment;
-use dimsart_core::stamp::UNSTAMPED;
+use dimsart_core::stamp::UNSTAMPED_SUFFIX;
 use dimsart_core::{Command, ModuleKinds};
 use serde::Serialize;
 
 use crate::broker;
 use crate::cli::output::text_table;
-use crate::connect::{ConnectError, Device, Measured, MeasuredRow, Timeouts};
+use crate::connect::{ConnectError, CycleCounts, CycleStatistics, Device, Timeouts};
 use crate::cycles::{Figures, Row};
 
 const PATIENCE: Timeouts = Timeouts { timeout: Duration::from_millis(500), tries: 3 };
@@ -23,7 +23,7 @@ pub(super) struct Attached {
     pub(super) image: String,
     pub(super) dof: usize,
     pub(super) commands: Vec<Command>,
-    measured: Measured,
+    measured: CycleCounts,
 }
 
 /// Cost of a tick or module: measured and modelled.
@@ -56,8 +56,8 @@ struct Comparisons<'a> {
 }
 
 impl<'a> Comparison<'a> {
-    fn new(measured: MeasuredRow, model: &'a Row) -> Self {
-        let MeasuredRow { runs, least, mean, greatest } = measured;
+    fn new(measured: CycleStatistics, model: &'a Row) -> Self {
+        let CycleStatistics { runs, min: least, mean, max: greatest } = measured;
         Self {
             name: &model.name,
             runs,
@@ -95,11 +95,11 @@ impl Attached {
     pub(super) fn greet(port: &str, baud: u32, kinds: ModuleKinds) -> Result<Self, Box<dyn Error>> {
         let at_port = |error: ConnectError| format!("{port}: {error}");
         let stream = broker::open(port, baud).map_err(ConnectError::from)?;
-        let mut device = Device::greet(stream, PATIENCE, kinds).map_err(at_port)?;
+        let mut device = Device::identify(stream, PATIENCE, kinds).map_err(at_port)?;
         let identity = device.identity();
-        let image = identity.image.trim_end_matches(UNSTAMPED).to_owned();
+        let image = identity.image.trim_end_matches(UNSTAMPED_SUFFIX).to_owned();
         let (board, dof) = (identity.device.clone(), identity.axes.len());
-        let Some(measured) = device.measured().map_err(at_port)? else {
+        let Some(measured) = device.cycle_counts().map_err(at_port)? else {
             return Err(format!(
                 "{port}: image `{image}` lacks the feature `measure`: run `cargo xtask flash {board},measure`"
             )
@@ -142,7 +142,7 @@ impl Attached {
         let mut modules = Vec::new();
         for (place, module) in figures.modules.iter().enumerate() {
             let own = figures.steps.iter().zip(&measured.calls).filter(|(step, _)| **step == place);
-            let sum = own.map(|(_, call)| *call).reduce(MeasuredRow::then);
+            let sum = own.map(|(_, call)| *call).reduce(CycleStatistics::followed_by);
             modules.extend(sum.map(|sum| Comparison::new(sum, module)));
         }
         let Figures { profile, column, unit, .. } = *figures;
@@ -248,8 +248,8 @@ mod tests {
 
     /// Whether the bound holds, as returned and in the JSON, and the text.
     fn printed(greatest: f64, figures: &Figures) -> (bool, bool, String) {
-        let row = |greatest| MeasuredRow { runs: 1, least: 90.0, mean: 95.0, greatest };
-        let measured = Measured { tick: row(100.0), calls: vec![row(greatest)], is_instructions: false };
+        let row = |max| CycleStatistics { runs: 1, min: 90.0, mean: 95.0, max };
+        let measured = CycleCounts { tick: row(100.0), calls: vec![row(greatest)], is_instructions: false };
         let [port, board, image] = ["port", "board", "image"].map(str::to_owned);
         let attached = Attached { port, board, image, dof: 1, commands: Vec::new(), measured };
         let (mut out, mut json) = (Vec::new(), Vec::new());

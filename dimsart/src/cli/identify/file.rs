@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use hil_sim::foreign_text::visible;
-use hil_sim::identify::ForceIs;
+use hil_sim::identify::ForceTiming;
+use hil_sim::untrusted_text::escape_line;
 
 use super::{Identify, Joint, Truth};
 use crate::cli::UsageError;
@@ -37,7 +37,7 @@ impl Identify {
                 let text = record.get(place).unwrap_or_default();
                 let value: Option<f64> = text.trim().parse().ok().filter(|value: &f64| value.is_finite());
                 let problem = || {
-                    let (text, header, row) = (visible(text), visible(header), row + 2);
+                    let (text, header, row) = (escape_line(text), escape_line(header), row + 2);
                     format!(
                         "row {row}, column {header}: '{text}' is not a finite number: correct the value, or delete a first \
                          or last row"
@@ -66,11 +66,15 @@ impl Identify {
             let header = headers.get(position).unwrap_or_default();
             let delay_ticks = self.delay_ticks;
             Ok(Joint {
-                name: format!("{}, axis {axis}", visible(header.split('.').next().unwrap_or_default())),
+                name: format!("{}, axis {axis}", escape_line(header.split('.').next().unwrap_or_default())),
                 period_s,
                 position: column(position)?,
                 force: column(force)?,
-                force_is: if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks } },
+                force_timing: if is_measured {
+                    ForceTiming::Measured
+                } else {
+                    ForceTiming::Held { delay_ticks }
+                },
                 turns: !LENGTHS.contains(&column_unit(header)),
                 coupled: coupled.clone().map(|positions| (axis, positions)),
                 truth: Truth::Unknown,
@@ -98,8 +102,8 @@ fn scale(header: &str) -> Result<f64, String> {
         "deg" | "°" => Ok(std::f64::consts::PI / 180.0),
         unit => Err(format!(
             "unknown unit '{}' of column {}: use s, ms, us, rad, deg, m, mm, N·m, mN·m, N or mN, in parentheses after the name",
-            visible(unit),
-            visible(header)
+            escape_line(unit),
+            escape_line(header)
         )),
     }
 }

@@ -40,7 +40,7 @@ impl KindCost {
         let lines = stamp.costs().ok_or_else(unstamped)?;
         let cost = |cost: &Cost| match *cost {
             Cost::UNKNOWN => Self::default(),
-            cost => Self::known(cost.line()),
+            cost => Self::known(cost.coefficients()),
         };
         // The first line is the tick's.
         Ok(stamp.kinds().into_iter().zip(lines.iter().skip(1).map(cost)).collect())

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::thread;
 use std::time::Duration;
 
-use drive::{Configuration, Identified};
+use drive::{Configuration, MotorEstimate};
 
 use super::super::Ending;
 use super::super::line::Device;
@@ -18,13 +18,13 @@ const PAUSE: Duration = Duration::from_millis(20);
 
 pub(super) fn show(device: &mut Device, port: &str, out: &mut impl Write) -> Ending {
     let state = device.motor()?;
-    let whose = if state.is_kept {
+    let whose = if state.is_stored {
         "configuration stored on the board"
     } else {
         "configuration of the image, none is stored on the board"
     };
     match state.fallback {
-        Some(reason) if state.is_kept => {
+        Some(reason) if state.is_stored => {
             writeln!(out, "# {port}: configuration stored on the board, BUT {reason}.")?
         }
         Some(reason) => writeln!(
@@ -33,7 +33,7 @@ pub(super) fn show(device: &mut Device, port: &str, out: &mut impl Write) -> End
         )?,
         None => writeln!(out, "# {port}: {whose}.")?,
     }
-    if state.waits {
+    if state.is_restart_pending {
         writeln!(
             out,
             "# The configuration was changed after the board started: the next start uses the new configuration."
@@ -72,7 +72,7 @@ pub(super) fn identify(device: &mut Device, current_a: f32, store: bool, out: &m
         .into());
     }
     let found = device.identify_motor(current_a, || thread::sleep(PAUSE))?;
-    let found = Identified {
+    let found = MotorEstimate {
         resistance_ohm: found.resistance_ohm,
         direct_inductance_h: found.direct_inductance_h,
         quadrature_inductance_h: found.quadrature_inductance_h,

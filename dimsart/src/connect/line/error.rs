@@ -53,7 +53,7 @@ pub enum LineError {
         "cannot decode the device's answer: its protocol version differs from {PROTOCOL_VERSION} of this program; use \
          the `dimsart` of the image's version"
     )]
-    NotUnderstood,
+    Unsupported,
     /// The peer closed the line.
     #[error("the device closed the line (reset, unplugged, or the emulator ended): connect again")]
     Closed,

@@ -26,8 +26,8 @@ pub(super) fn is_renewal(id: u16) -> bool {
 /// Returns the id of an answer, decoded or not; `None` for other frames.
 pub(super) fn answers(content: &[u8]) -> Option<u16> {
     match decode_response(content) {
-        Ok((id, _)) | Err(DecodeError::NotUnderstood { id }) => Some(id),
-        Err(DecodeError::OtherClass) => None,
+        Ok((id, _)) | Err(DecodeError::Unsupported { id }) => Some(id),
+        Err(DecodeError::UnexpectedClass) => None,
     }
 }
 

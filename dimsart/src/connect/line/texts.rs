@@ -1,7 +1,7 @@
 //! Sanitizes texts of answers: replaces characters that a terminal or a scheme would interpret.
 
 use dimsart_link::protocol::decode_response;
-use hil_sim::foreign_text::{ends_word, is_hidden};
+use hil_sim::untrusted_text::{is_hidden, is_word_delimiter};
 
 /// Replaces the characters in place; the length of each text is unchanged.
 pub(super) fn make_visible(content: &mut [u8]) {
@@ -11,7 +11,7 @@ pub(super) fn make_visible(content: &mut [u8]) {
             // Texts are borrowed from the content.
             let place = text.as_ptr().addr().saturating_sub(start);
             let found = text.char_indices().filter(|(_, found)| match is_word {
-                true => ends_word(*found),
+                true => is_word_delimiter(*found),
                 false => is_hidden(*found),
             });
             hidden.extend(found.map(|(at, found)| place + at..place + at + found.len_utf8()));
@@ -27,11 +27,11 @@ mod tests {
     use super::*;
     use crate::connect::{Device, Timeouts};
     use dimsart_core::{
-        Accepted, DataTypeText, Direction, Entries, Format, ParameterText, PortDescription, Shape, Stage,
-        Unit,
+        DataTypeDescription, Direction, Format, ParameterDescription, ParameterShape,
+        ParameterTypeDescription, PortDescription, Shape, Stage, Unit,
     };
     use dimsart_link::protocol::{
-        Identity, MAX_FRAME_BYTES, ModuleText, PROTOCOL_VERSION, Receiver, Response, decode_request,
+        Identity, MAX_FRAME_BYTES, ModuleDescription, PROTOCOL_VERSION, Receiver, Response, decode_request,
         encode_response,
     };
     use std::io::{self, Read, Write};
@@ -43,7 +43,7 @@ mod tests {
     fn shown(response: &Response<'_>) -> String {
         let mut frame = [0; MAX_FRAME_BYTES];
         let mut content = Vec::new();
-        Receiver::new().take_all(encode_response(response, 7, &mut frame).unwrap(), |found| {
+        Receiver::new().push_all(encode_response(response, 7, &mut frame).unwrap(), |found| {
             content = found.to_vec();
         });
         make_visible(&mut content);
@@ -56,7 +56,7 @@ mod tests {
 
     impl Write for Robot {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-            Receiver::new().take_all(bytes, |content| {
+            Receiver::new().push_all(bytes, |content| {
                 let (id, _) = decode_request(content).unwrap();
                 let answer =
                     encode_response(&Response::Identity(identity()), id, &mut [0; 300]).map(<[u8]>::to_vec);
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn an_image_s_name_adds_no_row_to_a_saved_configuration() {
-        let device = Device::greet(Robot::default(), Timeouts::default(), dimsart_modules::ALL).unwrap();
+        let device = Device::identify(Robot::default(), Timeouts::default(), dimsart_modules::ALL).unwrap();
         let text = crate::config::text(device.identity(), "");
         assert!(text.contains(LINE), "{text}");
         assert!(text.lines().all(|line| line.starts_with('#')), "{text}");
@@ -101,11 +101,11 @@ mod tests {
     #[test]
     fn every_text_of_every_answer_is_visible() {
         let names = ["OFF", BAD].into_iter().collect();
-        let parameter = ParameterText {
+        let parameter = ParameterDescription {
             name: BAD,
             unit: Unit::One,
-            accepts: Accepted::Choice(names),
-            entries: Entries::ONE,
+            accepts: ParameterTypeDescription::Choice(names),
+            entries: ParameterShape::ONE,
             default: None,
             is_structural: false,
         };
@@ -117,11 +117,16 @@ mod tests {
             default: None,
             bound: None,
         };
-        let data_type =
-            DataTypeText { id: 9, name: BAD, unit: Unit::One, format: Format::F32, shape: Shape::Scalar };
+        let data_type = DataTypeDescription {
+            id: 9,
+            name: BAD,
+            unit: Unit::One,
+            format: Format::F32,
+            shape: Shape::Scalar,
+        };
         for (response, texts) in [
             (Response::Identity(identity()), [LINE, LINE]),
-            (Response::Module(ModuleText { name: BAD }), [WORD, "Module"]),
+            (Response::Module(ModuleDescription { name: BAD }), [WORD, "Module"]),
             (Response::Parameter(parameter), [WORD, "\"OFF\""]),
             (Response::Port(port), [WORD, "Port"]),
             (Response::DataType(data_type), [WORD, "DataType"]),

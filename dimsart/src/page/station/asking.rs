@@ -14,7 +14,7 @@ use super::super::news::Board;
 use super::recording::Recorder;
 use super::{Answer, Greet, PAUSE, Waiting};
 use crate::connect::{ConnectError, LiveReport, Presence};
-use crate::page::page_device::{Hand, PageDevice};
+use crate::page::page_device::{PageDevice, ReferenceOverrideFn};
 
 /// Maximum wait for a request before the line is read again.
 const A_MOMENT: Duration = Duration::from_millis(15);
@@ -67,7 +67,7 @@ pub(super) struct Asking {
     looked: Sender<()>,
     /// The client that holds the lease.
     holder: Option<u64>,
-    hand: Option<Hand>,
+    hand: Option<ReferenceOverrideFn>,
     /// References that clients hold.
     held: Vec<(u64, String, usize)>,
     /// Number of STOPs.
@@ -84,7 +84,7 @@ impl Asking {
         news: Arc<Board>,
         greet: Greet,
         looked: Sender<()>,
-        hand: Option<Hand>,
+        hand: Option<ReferenceOverrideFn>,
         stops: Arc<AtomicU64>,
         recorder: Arc<Recorder>,
     ) -> Self {
@@ -159,7 +159,8 @@ impl Asking {
         let is_other = self.holder.is_some_and(|holder| holder != client);
         let arms = matches!(action, Action::Arm);
         let is_void = action.moves()
-            && (hil_sim::clock::since(asked) > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
+            && (hil_sim::clock::elapsed_since(asked) > TOO_LATE
+                || stops != self.stops.load(Ordering::Relaxed));
         let done = if is_other && action.changes() {
             Err("another client holds the lease: disarm that client, or stop the device".to_owned())
         } else if is_void {

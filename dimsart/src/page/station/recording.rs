@@ -153,12 +153,12 @@ impl Recorder {
                 Ok(News::Rows(rows)) => match recording.take(&rows) {
                     Next::GoesOn => {}
                     Next::Ends(why) => break Some(why.into()),
-                    Next::NoDisk => break None,
+                    Next::WriteFailed => break None,
                 },
                 // Before the first row there is nothing to continue.
-                Ok(News::Cut(why)) if !is_ending && recording.next.is_some() => break Some(why),
+                Ok(News::Discontinuity(why)) if !is_ending && recording.next.is_some() => break Some(why),
                 // The number of the next rows shows how many are missing.
-                Ok(News::Cut(_) | News::Text(_)) | Err(TryRecvError::Lagged(_)) => {}
+                Ok(News::Discontinuity(_) | News::Text(_)) | Err(TryRecvError::Lagged(_)) => {}
                 Err(TryRecvError::Empty | TryRecvError::Closed) => break None,
             }
         };
@@ -219,7 +219,7 @@ fn new_folder(folder: &Path, name: &str) -> io::Result<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::connect::{Identity, TapRow};
+    use crate::connect::{Identity, SubscriptionRow};
     use crate::report::SignalsFormat;
     use crate::tap_file::BEGUN_ANEW;
 
@@ -244,7 +244,7 @@ mod tests {
             first,
             lost,
             rows: (first..first + 10)
-                .map(|tick| TapRow { tick: u32::try_from(tick).unwrap(), values: Vec::new() })
+                .map(|tick| SubscriptionRow { tick: u32::try_from(tick).unwrap(), values: Vec::new() })
                 .collect(),
         };
         // Earlier losses do not count.

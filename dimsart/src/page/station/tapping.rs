@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 
 use super::super::news::{Board, Rows};
 use super::{Answer, Greet, PAUSE, Waiting};
-use crate::connect::{ConnectError, Tap, TapSignal};
+use crate::connect::{ConnectError, SubscribedSignal, Subscription};
 use crate::page::page_device::PageDevice;
 use crate::tap_file::OTHER_SIGNALS;
 use dimsart_link::protocol::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS};
@@ -64,7 +64,7 @@ impl Tapping {
                 for Choice { answer, .. } in self.choices.try_iter() {
                     let _ = answer.send(Err(error.to_string()));
                 }
-                if let ConnectError::Word(_) = error {
+                if let ConnectError::InvalidWord(_) = error {
                     // The selection is invalid for another image.
                     self.names.clear();
                 }
@@ -76,30 +76,30 @@ impl Tapping {
     /// Receives while there are subscribers.
     fn listen(&mut self, device: &mut PageDevice) -> Result<(), ConnectError> {
         let every_ticks = every_ticks(self.baud, device.identity().sample_period_s.into());
-        let mut tap = Tap::new(every_ticks).of(&self.names);
-        let mut told: (Arc<[TapSignal]>, Vec<String>) = (Arc::from([]), Vec::new());
+        let mut tap = Subscription::new(every_ticks).with_signals(&self.names);
+        let mut told: (Arc<[SubscribedSignal]>, Vec<String>) = (Arc::from([]), Vec::new());
         while self.news.is_heard() {
             if let Ok(Choice { names, answer, .. }) = self.choices.try_recv() {
                 let done = self.choose(device, &mut tap, every_ticks, names)?;
                 // The client may have disconnected.
                 let _ = answer.send(done.map(Value::String));
             }
-            let rows = device.tap(&mut tap, PICTURE)?;
+            let rows = device.receive_rows(&mut tap, PICTURE)?;
             let is_other = *told.0 != *tap.signals();
             if is_other {
                 self.news.cut(OTHER_SIGNALS);
                 self.number += 1;
             }
-            if is_other || told.1 != tap.unsent() {
-                told = (tap.signals().into(), tap.unsent().to_vec());
+            if is_other || told.1 != tap.unsent_signals() {
+                told = (tap.signals().into(), tap.unsent_signals().to_vec());
                 self.news.layout(self.number, every_ticks, &told.0, &told.1);
             }
             let (station, layout, signals) = (self.news.station(), self.number, Arc::clone(&told.0));
-            let (first, lost) = (self.rows, self.lost + tap.lost());
+            let (first, lost) = (self.rows, self.lost + tap.lost_samples());
             self.rows += rows.len() as u64;
             self.news.rows(Rows { station, layout, signals, first, lost, rows });
         }
-        self.lost += tap.lost();
+        self.lost += tap.lost_samples();
         device.close_telemetry(&mut tap)
     }
 
@@ -107,21 +107,21 @@ impl Tapping {
     fn choose(
         &mut self,
         device: &mut PageDevice,
-        tap: &mut Tap,
+        tap: &mut Subscription,
         every_ticks: u32,
         names: Vec<String>,
     ) -> Result<Result<String, String>, ConnectError> {
         match device.require_signals(&names) {
-            Err(ConnectError::Word(reason)) => return Ok(Err(reason)),
+            Err(ConnectError::InvalidWord(reason)) => return Ok(Err(reason)),
             known => known?,
         }
         device.close_telemetry(tap)?;
-        self.lost += tap.lost();
-        *tap = Tap::new(every_ticks).of(&names);
+        self.lost += tap.lost_samples();
+        *tap = Subscription::new(every_ticks).with_signals(&names);
         // Other clients may use the streams, so only an attempt shows whether the device can send the signals.
         device.open_telemetry(tap)?;
         if tap.signals().len() < names.len() {
-            *tap = Tap::new(every_ticks).of(&self.names);
+            *tap = Subscription::new(every_ticks).with_signals(&self.names);
             return Ok(Err(format!(
                 "the device cannot send {} together: a board sends at most {MAX_TELEMETRY_SIGNALS} signals with \
                  {MAX_TELEMETRY_WORDS} words, and only to one client; remove a signal first",
@@ -130,7 +130,7 @@ impl Tapping {
         }
         self.names = names;
         // A selection of all signals includes later ones.
-        if tap.unsent().is_empty() {
+        if tap.unsent_signals().is_empty() {
             self.names.clear();
             tap.widen();
         }

@@ -25,7 +25,7 @@ impl Controller {
         let frame = self.dimsart.frame();
         let measured = vec![dimsart_core::Word(0); frame.output_words()];
         let mut commanded = vec![dimsart_core::Word(0); frame.input_words()];
-        self.dimsart.allow_motion(self.info.begin_tick());
+        self.dimsart.set_motion_allowed(self.info.begin_tick());
         let tick = self.dimsart.tick(&measured, &mut commanded);
         self.info.end_tick(tick, &self.dimsart);
         tick
@@ -48,7 +48,7 @@ impl Write for Line {
         let Self { shared, receiver, answers } = self;
         drop(shared.1.lock().unwrap());
         let Controller { dimsart, info, sets } = &mut *shared.0.lock().unwrap();
-        receiver.take_all(bytes, |content| {
+        receiver.push_all(bytes, |content| {
             let (id, request) = decode_request(content).unwrap();
             *sets += usize::from(matches!(request, Request::Command(Command::Set { .. })));
             let answer = serve(id, &request, dimsart, info);
@@ -77,15 +77,22 @@ impl Read for Line {
 fn station() -> (Station, Shared) {
     let file = RigFile::read(RigFile::shipped("joint").unwrap(), "joint", PathBuf::new(), &[]).unwrap();
     let dimsart = loaded_controllers(&file).unwrap().remove(0).dimsart;
-    let info = DeviceInfo::new("test").with_laws().for_clients(1000);
+    let info = DeviceInfo::new("test").with_laws().with_client_lease(1000);
     let shared = Shared(Arc::new(Mutex::new(Controller { dimsart, info, sets: 0 })), Arc::default());
     let lines = shared.clone();
     let open: OpenLine = Box::new(move || {
         let (receiver, answers) = (Receiver::new(), VecDeque::new());
         Ok(Box::new(Line { shared: lines.clone(), receiver, answers }))
     });
-    let access =
-        Access { port: "test".to_owned(), open, kinds: file.kinds, baud: None, hand: None, geometry: None, recordings: None };
+    let access = Access {
+        port: "test".to_owned(),
+        open,
+        kinds: file.kinds,
+        baud: None,
+        hand: None,
+        geometry: None,
+        recordings: None,
+    };
     (Station::new(0, "joint", access).unwrap(), shared)
 }
 

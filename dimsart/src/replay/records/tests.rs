@@ -2,20 +2,23 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::*;
-use crate::report::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat};
-use hil_sim::recording::{Column, Piece, TickInputs};
+use crate::report::{ControllerMetadata, RunMetadata, SignalsFile, SignalsFormat};
+use hil_sim::recording::{Column, RecordingChunk, TickInputs};
 use hil_sim::rig::Inputs;
 
 /// Returns a small recording, unfinished by a killed writer, and finished.
 fn recordings() -> [Vec<u8>; 2] {
     let folder = tempfile::tempdir().unwrap();
-    let joint = ControllerFacts {
+    let joint = ControllerMetadata {
         name: "joint".to_owned(),
         scheme: "joint MOD_ENG MATCHING_CHECK\n".to_owned(),
         device_json: Some("{}".to_owned()),
     };
-    let facts =
-        RunFacts { settings_toml: "seed = 7\n".to_owned(), controllers: vec![joint], ..RunFacts::default() };
+    let facts = RunMetadata {
+        settings_toml: "seed = 7\n".to_owned(),
+        controllers: vec![joint],
+        ..RunMetadata::default()
+    };
     let (file, sender) = SignalsFile::create(folder.path(), &[], SignalsFormat::Mcap(facts)).unwrap();
     let path: PathBuf = file.path().to_owned();
     let column = |signal: &str| Column {
@@ -25,12 +28,14 @@ fn recordings() -> [Vec<u8>; 2] {
         unit: "rad".to_owned(),
         format: None,
     };
-    sender.send(Piece::Columns(vec![column("POSITION"), column("VELOCITY")])).unwrap();
+    sender.send(RecordingChunk::Columns(vec![column("POSITION"), column("VELOCITY")])).unwrap();
     for tick in 0..6 {
         let time_s = f64::from(tick) * 1e-3;
         let inputs = Inputs { packets: vec![(0, vec![1, 2, 3])], ..Inputs::default() };
-        sender.send(Piece::Inputs(vec![TickInputs { tick: 0, time_s, station: 0, inputs }])).unwrap();
-        sender.send(Piece::Rows(vec![f64::from(tick), time_s, 1.5, 0.5])).unwrap();
+        sender
+            .send(RecordingChunk::Inputs(vec![TickInputs { tick: 0, time_s, station: 0, inputs }]))
+            .unwrap();
+        sender.send(RecordingChunk::Rows(vec![f64::from(tick), time_s, 1.5, 0.5])).unwrap();
     }
     let mut killed = Vec::new();
     // Three attachments, two schemas, two channels and twelve messages.

@@ -11,7 +11,7 @@ fn column(source: &str, signal: &str, indices: &[usize], format: Option<Format>)
     Column { source, signal, indices: indices.to_vec(), unit: "m".to_owned(), format }
 }
 
-fn written(pieces: impl IntoIterator<Item = Piece>, facts: &RunFacts) -> Vec<u8> {
+fn written(pieces: impl IntoIterator<Item = RecordingChunk>, facts: &RunMetadata) -> Vec<u8> {
     let (sender, receiver) = channel();
     pieces.into_iter().for_each(|piece| sender.send(piece).unwrap());
     drop(sender);
@@ -29,8 +29,8 @@ fn a_message_has_the_words_of_its_source_aligned_to_their_size() {
         column("knee joint", "POSITION", &[1], Some(Format::F32)),
         column("knee joint", "ON", &[], Some(Format::Bool)),
     ];
-    let rows = Piece::Rows(vec![250.0, 0.25, 0.5, 7.0, 3.0, -0.5, f64::NAN]);
-    let bytes = written([Piece::Columns(columns), rows], &RunFacts::default());
+    let rows = RecordingChunk::Rows(vec![250.0, 0.25, 0.5, 7.0, 3.0, -0.5, f64::NAN]);
+    let bytes = written([RecordingChunk::Columns(columns), rows], &RunMetadata::default());
     let messages: Vec<_> = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap).collect();
     let [knee, world] = messages.as_slice() else { panic!("{} messages", messages.len()) };
     assert_eq!((knee.channel.topic.as_str(), world.channel.topic.as_str()), ("/knee joint", "/world"));
@@ -60,8 +60,8 @@ fn fields_have_names_of_their_own() {
     let columns =
         [("energy", &[] as &[usize]), ("energy", &[0]), ("Energy", &[]), ("2nd.axis", &[]), ("TICK", &[])];
     let columns = columns.map(|(signal, indices)| column("world", signal, indices, None));
-    let rows = Piece::Rows(vec![0.0; 7]);
-    let bytes = written([Piece::Columns(columns.to_vec()), rows], &RunFacts::default());
+    let rows = RecordingChunk::Rows(vec![0.0; 7]);
+    let bytes = written([RecordingChunk::Columns(columns.to_vec()), rows], &RunMetadata::default());
     let message = mcap::MessageStream::new(&bytes).unwrap().next().unwrap().unwrap();
     let definition = String::from_utf8(message.channel.schema.as_ref().unwrap().data.to_vec()).unwrap();
     let names: Vec<&str> = definition.lines().filter_map(|line| line.split(' ').nth(1)).collect();
@@ -73,24 +73,28 @@ fn fields_have_names_of_their_own() {
 
 #[test]
 fn more_signals_go_on_under_another_topic_and_what_made_the_run_comes_first() {
-    let knee = ControllerFacts {
+    let knee = ControllerMetadata {
         name: "knee".to_owned(),
         scheme: "knee  MOD_ENG  MATCHING_CHECK\n".to_owned(),
         device_json: Some("{}".to_owned()),
     };
-    let facts =
-        RunFacts { settings_toml: "seed = 7\n".to_owned(), controllers: vec![knee], ..RunFacts::default() };
+    let facts = RunMetadata {
+        settings_toml: "seed = 7\n".to_owned(),
+        controllers: vec![knee],
+        ..RunMetadata::default()
+    };
     let (one, other) = (column("knee", "ONE", &[], None), column("knee", "OTHER", &[], None));
     let world = column("world", "energy", &[], None);
-    let rows = |count: usize, width: usize| (0..count).map(move |_| Piece::Rows(vec![0.5; 2 + width]));
+    let rows =
+        |count: usize, width: usize| (0..count).map(move |_| RecordingChunk::Rows(vec![0.5; 2 + width]));
     let inputs = Inputs { measured: vec![Word(7)], packets: vec![(1, vec![1, 2, 3])], ..Inputs::default() };
     let inputs = TickInputs { tick: 500, time_s: 0.5, station: 0, inputs };
     let message = InputsMessage::from(inputs.clone());
-    let inputs = Piece::Inputs(vec![inputs]);
-    let pieces = [Piece::Columns(vec![one.clone(), world.clone()]), inputs]
+    let inputs = RecordingChunk::Inputs(vec![inputs]);
+    let pieces = [RecordingChunk::Columns(vec![one.clone(), world.clone()]), inputs]
         .into_iter()
         .chain(rows(300, 2))
-        .chain([Piece::Columns(vec![one, world, other])])
+        .chain([RecordingChunk::Columns(vec![one, world, other])])
         .chain(rows(50, 3));
     let bytes = written(pieces, &facts);
     let (mut topics, mut first) = (BTreeMap::new(), None);

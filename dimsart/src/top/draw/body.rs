@@ -7,9 +7,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, List, ListItem, ListState};
 
 use super::{chart, paint};
+use crate::top::messages::Event;
 use crate::top::screen::{Pane, Screen};
 use crate::top::seen::{Entry, ModuleLine, SignalLine};
-use crate::top::told::Event;
 
 /// Minimum size for all panes.
 const WIDE: u16 = 72;

@@ -4,10 +4,10 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 
 use super::paint;
+use crate::top::messages::{Live, Status};
 use crate::top::screen::Screen;
 use crate::top::seen::Seen;
 use crate::top::text::wrapped;
-use crate::top::told::{Live, Status};
 
 /// Maximum number of lines of a sentence.
 const MAX: usize = 3;

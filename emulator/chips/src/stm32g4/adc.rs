@@ -13,9 +13,9 @@ mod common;
 #[cfg(test)]
 mod tests;
 
-use cycles::processor::At;
+use cycles::processor::AccessPoint;
 
-use super::Part;
+use super::ChipModel;
 use super::clock::Clock;
 use super::registers::Registers;
 use super::timer::{Edge, Output};
@@ -102,12 +102,12 @@ pub(super) struct Sampling {
     pub(super) converter: u32,
     pub(super) channel: u32,
     /// Cycle, and the instruction that started the conversion.
-    pub(super) at: At,
+    pub(super) at: AccessPoint,
 }
 
 #[derive(Debug, Clone)]
 pub(super) struct Adc {
-    part: Part,
+    part: ChipModel,
     number: u32,
     registers: Registers,
     /// Common clock at the last write to CR.
@@ -131,7 +131,7 @@ pub(super) struct Adc {
 
 impl Adc {
     /// Returns ADC1 or ADC2.
-    pub(super) fn new(part: Part, number: u32) -> Self {
+    pub(super) fn new(part: ChipModel, number: u32) -> Self {
         Self {
             part,
             number,
@@ -330,7 +330,7 @@ impl Adc {
     }
 
     fn start(&mut self, group: Group, access: &mut Access<'_>) {
-        let At { cycle: now, code } = access.at;
+        let AccessPoint { cycle: now, code } = access.at;
         match group {
             Group::Regular => self.regular_by = code,
             Group::Injected => self.injected_by = code,
@@ -365,7 +365,7 @@ impl Adc {
             return;
         }
         if self.running.is_some_and(|running| running.group == Group::Injected) {
-            let at = At { cycle: edge.at, code: self.injected_by };
+            let at = AccessPoint { cycle: edge.at, code: self.injected_by };
             Access { at, violations }
                 .violates(format!("ADC{} is triggered while its injected sequence still runs", self.number));
             return;
@@ -429,7 +429,7 @@ impl Adc {
                     let counts = sample(Sampling {
                         converter: self.number,
                         channel: self.channel(running.group, running.place),
-                        at: At { cycle: running.samples_at, code },
+                        at: AccessPoint { cycle: running.samples_at, code },
                     });
                     if running.group == Group::Regular {
                         self.registers.set_bit(ISR, EOSMP, true);
@@ -490,7 +490,7 @@ impl Adc {
 
     /// Takes the minimum and maximum cycles from the end of an injected sequence until its flag was cleared,
     /// since the last call.
-    pub(super) fn take_answer_cycles(&mut self) -> Option<(u64, u64)> {
+    pub(super) fn take_response_cycles(&mut self) -> Option<(u64, u64)> {
         self.answered.take()
     }
 

@@ -9,9 +9,9 @@ use super::timer::{Gate, GateDriver, Timer};
 
 /// Voltage source of a pin.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Wire {
+pub enum VoltageSource {
     /// Constant voltage, V.
-    At(f64),
+    Constant(f64),
     /// A shunt below a half bridge of timer 1, with the circuit between shunt and pin.
     Shunt {
         /// Channel of the half bridge, from 0.
@@ -69,7 +69,7 @@ pub(super) fn counts(volts: f64) -> u32 {
 
 /// Everything that determines a voltage at an instant.
 pub(super) struct Scene<'a> {
-    pub(super) wires: &'a BTreeMap<(char, u32), Wire>,
+    pub(super) wires: &'a BTreeMap<(char, u32), VoltageSource>,
     pub(super) amplifiers: &'a Opamp,
     pub(super) ports: &'a [Gpio],
     /// Timer 1 at this instant.
@@ -111,8 +111,8 @@ impl Scene<'_> {
             return self.amplified_v(place);
         }
         match self.wires.get(&(port, pin)) {
-            Some(Wire::At(volts)) => Ok(*volts),
-            Some(Wire::Shunt { channel, low_v, high_v, open_v }) => {
+            Some(VoltageSource::Constant(volts)) => Ok(*volts),
+            Some(VoltageSource::Shunt { channel, low_v, high_v, open_v }) => {
                 Ok(match self.bridge.map_or(Gate::Open, |bridge| bridge.gate(*channel, self.driver)) {
                     Gate::Low => *low_v,
                     Gate::High => *high_v,

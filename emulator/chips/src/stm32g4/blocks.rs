@@ -2,7 +2,7 @@
 
 use cycles::AccessError;
 use cycles::instruction::Width;
-use cycles::processor::At;
+use cycles::processor::AccessPoint;
 
 use super::Stm32g4;
 use super::adc::Adc;
@@ -11,7 +11,7 @@ use super::registers::Registers;
 use super::violation::Access;
 
 impl Stm32g4 {
-    pub(super) fn find(&mut self, address: u32, at: At) -> Result<(Block, u32), AccessError> {
+    pub(super) fn find(&mut self, address: u32, at: AccessPoint) -> Result<(Block, u32), AccessError> {
         let place = map::find(address).ok_or(AccessError::Unmapped { address })?;
         let offset = (address - place.begin) & !3;
         if let Some((register, bit)) = place.gate
@@ -43,11 +43,11 @@ impl Stm32g4 {
             Block::AdcCommon => self.adc_common.registers(),
             Block::Opamp => self.opamp.registers(),
             Block::Fdcan => self.fdcan.registers(),
-            Block::Plain(place) => self.plain.get(place)?,
+            Block::StorageOnly(place) => self.plain.get(place)?,
         })
     }
 
-    pub(super) fn read_register(&mut self, block: Block, offset: u32, width: Width, at: At) -> u32 {
+    pub(super) fn read_register(&mut self, block: Block, offset: u32, width: Width, at: AccessPoint) -> u32 {
         let access = &mut Access { at, violations: &mut self.violations };
         match block {
             Block::Rcc => self.rcc.read(offset, access),
@@ -70,11 +70,18 @@ impl Stm32g4 {
             }
             Block::Opamp => self.opamp.read(offset, access),
             Block::Fdcan => self.fdcan.read(offset, &mut self.memory.messages, access),
-            Block::Plain(place) => self.plain.get(place).map_or(0, |plain| plain.read(offset, access)),
+            Block::StorageOnly(place) => self.plain.get(place).map_or(0, |plain| plain.read(offset, access)),
         }
     }
 
-    pub(super) fn write_register(&mut self, block: Block, offset: u32, value: u32, width: Width, at: At) {
+    pub(super) fn write_register(
+        &mut self,
+        block: Block,
+        offset: u32,
+        value: u32,
+        width: Width,
+        at: AccessPoint,
+    ) {
         let clock = self.clock;
         let access = &mut Access { at, violations: &mut self.violations };
         match block {
@@ -147,7 +154,7 @@ impl Stm32g4 {
                 self.fdcan.set_clock(self.rcc.can_hz(), clock.hz());
                 self.fdcan.write(offset, value, &mut self.memory.messages, access);
             }
-            Block::Plain(place) => {
+            Block::StorageOnly(place) => {
                 if let Some(plain) = self.plain.get_mut(place) {
                     plain.write(offset, value, access);
                 }
@@ -198,7 +205,7 @@ impl Stm32g4 {
             }
             Block::AdcCommon => self.adc_common.reset(),
             Block::Opamp => self.opamp.reset(),
-            Block::Plain(place) => {
+            Block::StorageOnly(place) => {
                 if let Some(plain) = self.plain.get_mut(place) {
                     plain.reset();
                 }

@@ -1,6 +1,6 @@
 //! A DMA controller with its request multiplexer (RM0440, chapters 12 and 13): one item per request.
 
-use super::Part;
+use super::ChipModel;
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -37,7 +37,7 @@ pub(super) struct Dma {
 }
 
 impl Dma {
-    pub(super) fn new(part: Part, name: &str) -> Self {
+    pub(super) fn new(part: ChipModel, name: &str) -> Self {
         Self { registers: Registers::new(part, "DMA", name), counts: [0; CHANNELS as usize] }
     }
 

@@ -38,7 +38,7 @@ use self::layout::{
     TSW, TXBAR, TXBC, TXBCF, TXBCR, TXBRP, TXBTO, TXEFA, TXEFS, TXFQS, XIDAM,
 };
 use self::ram::{ELEMENT_BYTES, Ram, TX_BUFFERS};
-use super::Part;
+use super::ChipModel;
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -46,10 +46,10 @@ use super::violation::Access;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Presence {
     /// INIT is set.
-    Out,
+    Initialisation,
     /// The controller waits for this number of idle sequences, from the cycle in which the bus became
     /// recessive.
-    Joining {
+    Integrating {
         sequences: u32,
         since: u64,
     },
@@ -59,7 +59,7 @@ enum Presence {
 /// The controller.
 #[derive(Debug, Clone)]
 pub(crate) struct Fdcan {
-    part: Part,
+    part: ChipModel,
     registers: Registers,
     /// Frequency of its own clock; `None` while the clock is off.
     kernel_hz: Option<f64>,
@@ -84,13 +84,13 @@ pub(crate) struct Fdcan {
 }
 
 impl Fdcan {
-    pub(super) fn new(part: Part) -> Self {
+    pub(super) fn new(part: ChipModel) -> Self {
         Self {
             part,
             registers: Registers::new(part, "FDCAN", "FDCAN1"),
             kernel_hz: None,
             bus_hz: 1.0,
-            presence: Presence::Out,
+            presence: Presence::Initialisation,
             buffers: Buffers::default(),
             received: [Fifo::default(); 2],
             events: Fifo::default(),
@@ -145,8 +145,8 @@ impl Fdcan {
     /// Whether the controller takes part in a frame that starts at a cycle; `None` while INIT is set.
     pub(crate) fn takes_part(&self, begins: u64) -> Option<bool> {
         match self.presence {
-            Presence::Out => None,
-            Presence::Joining { .. } => Some(self.joined_at().is_some_and(|at| at <= begins)),
+            Presence::Initialisation => None,
+            Presence::Integrating { .. } => Some(self.joined_at().is_some_and(|at| at <= begins)),
             Presence::In => Some(true),
         }
     }
@@ -182,7 +182,7 @@ impl Fdcan {
 
     fn joined_at(&self) -> Option<u64> {
         match self.presence {
-            Presence::Joining { sequences, since } => {
+            Presence::Integrating { sequences, since } => {
                 Some(since + self.cycles(IDLE_BITS * f64::from(sequences)))
             }
             _ => None,
@@ -218,7 +218,7 @@ impl Fdcan {
     /// `PSR`; a read clears the state of the last frame.
     fn status(&mut self, now: u64) -> u32 {
         let activity = match (self.presence, self.passages.front()) {
-            (Presence::Out | Presence::Joining { .. }, _) => 0,
+            (Presence::Initialisation | Presence::Integrating { .. }, _) => 0,
             (Presence::In, Some(passage)) if passage.begins <= now => match passage.outcome {
                 Outcome::Sent | Outcome::NotSent(_) => 3,
                 _ => 2,

@@ -1,6 +1,6 @@
 //! Flash interface (RM0440, chapter 3): programs 64-bit words and erases pages, with realistic durations.
 
-use super::Part;
+use super::ChipModel;
 use super::clock::Clock;
 use super::memory::{ERASED, FLASH};
 use super::registers::Registers;
@@ -53,7 +53,7 @@ pub enum FlashFault {
 
 #[derive(Debug, Clone)]
 pub(super) struct Flash {
-    part: Part,
+    part: ChipModel,
     registers: Registers,
     keys_taken: usize,
     /// Address and value of the first word of 64 bits.
@@ -68,7 +68,7 @@ pub(super) struct Flash {
 }
 
 impl Flash {
-    pub(super) fn new(part: Part) -> Self {
+    pub(super) fn new(part: ChipModel) -> Self {
         Self {
             part,
             registers: Registers::new(part, "FLASH", "FLASH"),

@@ -1,6 +1,6 @@
 //! General-purpose pins (RM0440, chapter 9).
 
-use super::part::{Function, Part};
+use super::part::{ChipModel, Function};
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -30,7 +30,7 @@ pub(super) struct Gpio {
 }
 
 impl Gpio {
-    pub(super) fn new(part: Part, letter: char) -> Self {
+    pub(super) fn new(part: ChipModel, letter: char) -> Self {
         let mut registers = Registers::new(part, "GPIO", &format!("GPIO{letter}"));
         // The register table has the reset values of port A. Port B has JTAG pins, too; all pins of the other
         // ports are analog.
@@ -42,7 +42,7 @@ impl Gpio {
         Self { letter, registers, functions: part.functions(), inputs: 0 }
     }
 
-    pub(super) fn reset(&mut self, part: Part) {
+    pub(super) fn reset(&mut self, part: ChipModel) {
         *self = Self { inputs: self.inputs, ..Self::new(part, self.letter) };
     }
 

@@ -3,7 +3,7 @@
 
 mod wires;
 
-use super::Part;
+use super::ChipModel;
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -86,7 +86,7 @@ pub(super) struct I2c {
 }
 
 impl I2c {
-    pub(super) fn new(part: Part, name: &str) -> Self {
+    pub(super) fn new(part: ChipModel, name: &str) -> Self {
         Self {
             name: name.to_owned(),
             registers: Registers::new(part, "I2C", name),

@@ -1,6 +1,6 @@
 //! Independent watchdog (RM0440, chapter 42).
 
-use super::Part;
+use super::ChipModel;
 use super::clock::Clock;
 use super::registers::Registers;
 use super::violation::Access;
@@ -29,7 +29,7 @@ pub(super) struct Iwdg {
 }
 
 impl Iwdg {
-    pub(super) fn new(part: Part) -> Self {
+    pub(super) fn new(part: ChipModel) -> Self {
         let registers = Registers::new(part, "IWDG", "IWDG");
         Self { registers, is_unlocked: false, bites_at: None, updated_at: 0 }
     }

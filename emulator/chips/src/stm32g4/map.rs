@@ -29,7 +29,7 @@ pub(super) enum Block {
     Opamp,
     Fdcan,
     /// A peripheral that only stores written values.
-    Plain(usize),
+    StorageOnly(usize),
 }
 
 /// Address range of a peripheral.
@@ -88,16 +88,16 @@ pub(super) const PLACES: &[Place] = &[
     at(0x4000_7800, Block::I2c(2), Some((APB1, 30))),
     at(0x4000_8000, Block::Usart(3), Some((APB1_HIGH, 0))),
     at(0x4000_8400, Block::I2c(3), Some((APB1_HIGH, 1))),
-    part(0x4001_0000, 0x300, Block::Plain(0), (APB2, 0)),
+    part(0x4001_0000, 0x300, Block::StorageOnly(0), (APB2, 0)),
     part(0x4001_0300, 0x100, Block::Opamp, (APB2, 0)),
-    at(0x4001_0400, Block::Plain(1), None),
+    at(0x4001_0400, Block::StorageOnly(1), None),
     at(0x4001_2C00, Block::Timer(1), Some((APB2, 11))),
     at(0x4001_3000, Block::Spi(0), Some((APB2, 12))),
     at(0x4001_3800, Block::Usart(0), Some((APB2, 14))),
     at(0x4002_0000, Block::Dma(0), Some((AHB1, 0))),
     at(0x4002_0400, Block::Dma(1), Some((AHB1, 1))),
-    at(0x4002_0800, Block::Plain(DMAMUX), Some((AHB1, 2))),
-    at(0x4002_0C00, Block::Plain(4), Some((AHB1, 3))),
+    at(0x4002_0800, Block::StorageOnly(DMAMUX), Some((AHB1, 2))),
+    at(0x4002_0C00, Block::StorageOnly(4), Some((AHB1, 3))),
     at(0x4002_1000, Block::Rcc, None),
     at(0x4002_2000, Block::Flash, Some((AHB1, 8))),
     at(0x4800_0000, Block::Gpio(0), Some((AHB2, 0))),
@@ -110,7 +110,7 @@ pub(super) const PLACES: &[Place] = &[
     part(0x5000_0000, 0x100, Block::Adc(0), (AHB2, 13)),
     part(0x5000_0100, 0x100, Block::Adc(1), (AHB2, 13)),
     part(0x5000_0300, 0x100, Block::AdcCommon, (AHB2, 13)),
-    at(0xE004_2000, Block::Plain(3), None),
+    at(0xE004_2000, Block::StorageOnly(3), None),
 ];
 
 /// The peripheral at an address.

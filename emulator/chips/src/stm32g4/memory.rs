@@ -3,7 +3,7 @@
 use cycles::image::Image;
 use cycles::instruction::Width;
 
-use super::Part;
+use super::ChipModel;
 
 pub(super) const FLASH: u32 = 0x0800_0000;
 const CCM: u32 = 0x1000_0000;
@@ -33,10 +33,10 @@ pub(super) struct Memory {
 }
 
 impl Memory {
-    pub(super) fn new(part: Part, image: &Image) -> Self {
+    pub(super) fn new(part: ChipModel, image: &Image) -> Self {
         let mut flash = vec![ERASED; part.flash_bytes()];
         for segment in &image.segments {
-            let begin = segment.flashed_at.wrapping_sub(FLASH) as usize;
+            let begin = segment.load_address.wrapping_sub(FLASH) as usize;
             let room = flash.get_mut(begin..).and_then(|rest| rest.get_mut(..segment.bytes.len()));
             if let Some(room) = room {
                 room.copy_from_slice(&segment.bytes);

@@ -1,7 +1,7 @@
 //! Operational amplifiers 1 to 3 (RM0440, chapter 25; field names from ST's `stm32g4xx_ll_opamp.h`): with
 //! internal gain resistors, or as followers.
 
-use super::Part;
+use super::ChipModel;
 use super::clock::Clock;
 use super::registers::Registers;
 use super::violation::Access;
@@ -46,7 +46,7 @@ pub(super) struct Opamp {
 }
 
 impl Opamp {
-    pub(super) fn new(part: Part) -> Self {
+    pub(super) fn new(part: ChipModel) -> Self {
         Self { registers: Registers::new(part, "OPAMP", "OPAMP"), starts: [0; AMPLIFIERS] }
     }
 

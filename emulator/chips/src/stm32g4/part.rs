@@ -2,14 +2,14 @@
 
 /// A chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum ChipModel {
     /// STM32G431CB: 128 KiB of flash in one bank, 22 + 10 KiB of SRAM.
     G431cb,
     /// STM32G474RE: 512 KiB of flash in two banks, 96 + 32 KiB of SRAM.
     G474re,
 }
 
-impl Part {
+impl ChipModel {
     /// Name of the chip in the register table.
     pub(super) fn family(self) -> &'static str {
         match self {

@@ -1,6 +1,6 @@
 //! Power control (RM0440, chapter 6), and the clock limits of core voltage and flash.
 
-use super::Part;
+use super::ChipModel;
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -15,7 +15,7 @@ pub(super) struct Pwr {
 }
 
 impl Pwr {
-    pub(super) fn new(part: Part) -> Self {
+    pub(super) fn new(part: ChipModel) -> Self {
         Self { registers: Registers::new(part, "PWR", "PWR") }
     }
 

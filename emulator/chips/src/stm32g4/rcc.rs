@@ -1,6 +1,6 @@
 //! Reset and clock control (RM0440, chapter 7).
 
-use super::Part;
+use super::ChipModel;
 use super::clock::Clock;
 use super::registers::Registers;
 use super::violation::Access;
@@ -68,7 +68,7 @@ pub(super) struct Rcc {
 }
 
 impl Rcc {
-    pub(super) fn new(part: Part, crystal_hz: Option<f64>) -> Self {
+    pub(super) fn new(part: ChipModel, crystal_hz: Option<f64>) -> Self {
         let mut rcc = Self {
             registers: Registers::new(part, "RCC", "RCC"),
             crystal_hz,

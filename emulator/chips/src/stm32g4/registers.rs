@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use super::Part;
+use super::ChipModel;
 use super::violation::Access;
 
 /// All registers.
@@ -63,7 +63,7 @@ fn place(offset: u32) -> Option<usize> {
 
 impl Registers {
     /// Returns the registers of a class with their reset values, for a peripheral with this name.
-    pub(super) fn new(part: Part, class: &str, peripheral: &str) -> Self {
+    pub(super) fn new(part: ChipModel, class: &str, peripheral: &str) -> Self {
         let mine = TABLE.iter().filter(|facts| {
             facts.class == class && facts.family.is_none_or(|family| family == part.family())
         });

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use cycles::instruction::Width;
 
-use super::Part;
+use super::ChipModel;
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -67,7 +67,7 @@ pub(super) struct Spi {
 }
 
 impl Spi {
-    pub(super) fn new(part: Part, name: &str) -> Self {
+    pub(super) fn new(part: ChipModel, name: &str) -> Self {
         Self {
             name: name.to_owned(),
             registers: Registers::new(part, "SPI", name),

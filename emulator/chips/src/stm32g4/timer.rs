@@ -5,7 +5,7 @@
 mod gates;
 mod trigger;
 
-use super::Part;
+use super::ChipModel;
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -55,7 +55,7 @@ pub struct Pulses {
 
 #[derive(Debug, Clone)]
 pub(super) struct Timer {
-    part: Part,
+    part: ChipModel,
     number: u32,
     registers: Registers,
     /// Cycle up to which the timer is advanced.
@@ -78,7 +78,7 @@ pub(super) struct Timer {
 }
 
 impl Timer {
-    pub(super) fn new(part: Part, number: u32) -> Self {
+    pub(super) fn new(part: ChipModel, number: u32) -> Self {
         let class = match number {
             1 => "TIM1",
             2 | 5 => "TIM2",

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::Part;
+use super::ChipModel;
 use super::registers::Registers;
 use super::violation::Access;
 
@@ -66,7 +66,7 @@ pub(super) struct Usart {
 }
 
 impl Usart {
-    pub(super) fn new(part: Part, name: &str) -> Self {
+    pub(super) fn new(part: ChipModel, name: &str) -> Self {
         let is_low_power = name.starts_with("LP");
         let mut usart = Self {
             registers: Registers::new(part, if is_low_power { "LPUART" } else { "USART" }, name),

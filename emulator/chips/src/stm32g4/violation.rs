@@ -1,14 +1,14 @@
 //! Violations of the reference manual by a program.
 
-use cycles::processor::At;
+use cycles::processor::AccessPoint;
 
 /// A violation: the chip's reaction is undefined. Repeated violations at the same instruction are counted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Violation {
     /// Cycle and instruction of the first occurrence.
-    pub at: At,
+    pub at: AccessPoint,
     /// Description.
-    pub what: String,
+    pub description: String,
     /// Number of occurrences.
     pub count: u64,
 }
@@ -16,7 +16,7 @@ pub struct Violation {
 /// One access, with the list in which peripherals record violations.
 #[derive(Debug)]
 pub(super) struct Access<'a> {
-    pub(super) at: At,
+    pub(super) at: AccessPoint,
     pub(super) violations: &'a mut Vec<Violation>,
 }
 
@@ -24,10 +24,10 @@ impl Access<'_> {
     pub(super) fn violates(&mut self, what: impl Into<String>) {
         let what = what.into();
         let known = self.violations.iter_mut();
-        let mut known = known.filter(|known| known.at.code == self.at.code && known.what == what);
+        let mut known = known.filter(|known| known.at.code == self.at.code && known.description == what);
         match known.next() {
             Some(known) => known.count += 1,
-            None => self.violations.push(Violation { at: self.at, what, count: 1 }),
+            None => self.violations.push(Violation { at: self.at, description: what, count: 1 }),
         }
     }
 }

@@ -7,7 +7,7 @@ const TIMING: [u32; 3] = [32 << 25 | 135 << 8 | 32, 1 << 23 | 23 << 8 | 8 << 4 |
 
 /// Two adapters on a bus.
 fn bus() -> CanBus {
-    let board = Board::named("nucleo-g474re").unwrap();
+    let board = Board::find("nucleo-g474re").unwrap();
     let mut bus = CanBus::new([0, 1].map(|_| CanAdapter::bench(board).unwrap()).into());
     for node in 0..2 {
         CanAdapter::join(bus.bench(node).unwrap(), TIMING).unwrap();

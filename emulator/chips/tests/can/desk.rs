@@ -5,7 +5,7 @@ use std::sync::Arc;
 use chips::{Bench, Board, CanBus};
 use cycles::image::{Image, Segment};
 use cycles::instruction::Width;
-use cycles::processor::{At, Bus as _};
+use cycles::processor::{AccessPoint, Bus as _};
 
 pub(crate) const CAN: u32 = 0x4000_6400;
 const RAM: u32 = 0x4000_A400;
@@ -78,9 +78,9 @@ pub(crate) fn extended(identifier: u32, data: &[u8]) -> Frame<'_> {
 /// A board whose processor has no program.
 fn idle(name: &str) -> Bench {
     let bytes = vec![0, 0x10, 0, 0x20, 9, 0, 0, 8, 0, 0, 0, 0];
-    let segment = Segment { address: 0x0800_0000, flashed_at: 0x0800_0000, bytes, is_writable: false };
+    let segment = Segment { address: 0x0800_0000, load_address: 0x0800_0000, bytes, is_writable: false };
     let image = Image { segments: vec![segment], ..Image::default() };
-    Bench::new(Board::named(name).unwrap(), Arc::new(image)).unwrap()
+    Bench::new(Board::find(name).unwrap(), Arc::new(image)).unwrap()
 }
 
 impl Desk {
@@ -109,15 +109,15 @@ impl Desk {
         self.0.bench(board).unwrap()
     }
 
-    fn at(&mut self, board: usize) -> At {
-        At { cycle: self.bench(board).processor.cycles(), code: 0 }
+    fn at(&mut self, board: usize) -> AccessPoint {
+        AccessPoint { cycle: self.bench(board).processor.cycles(), code: 0 }
     }
 
     pub(crate) fn store(&mut self, board: usize, address: u32, value: u32) {
         let at = self.at(board);
         let processor = &mut self.bench(board).processor;
         processor.bus.store(address, Width::Word, value, at).unwrap();
-        processor.look_again();
+        processor.update_after_external_change();
     }
 
     pub(crate) fn load(&mut self, board: usize, address: u32) -> u32 {
@@ -191,9 +191,9 @@ impl Desk {
 
     /// Identifiers of the acknowledged frames, in order.
     pub(crate) fn passed(&mut self) -> Vec<u32> {
-        let passed = self.0.take_passed().into_iter();
+        let passed = self.0.take_frames().into_iter();
         passed
-            .filter(|frame| frame.fate == chips::Fate::Passed)
+            .filter(|frame| frame.result == chips::FrameResult::Acknowledged)
             .map(|frame| frame.message.identifier)
             .collect()
     }

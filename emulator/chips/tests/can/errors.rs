@@ -1,6 +1,6 @@
 //! Errors: no receiver, shorted wires, different bit rates, bus-off and recovery.
 
-use chips::Fate;
+use chips::FrameResult;
 
 use crate::desk::{
     CCCR, Desk, ECR, FD, Frame, IR, ONE_MBIT, PLAIN, PSR, Setup, TWO_MBIT_DATA, TXBCF, TXBRP, TXBTO, standard,
@@ -17,11 +17,11 @@ fn a_single_node_becomes_error_passive_and_stays_on_the_bus() {
     assert_eq!(desk.read(0, ECR) & 0xFF, 128, "16 times 8");
     assert_eq!(desk.read(0, PSR) & (BO | EP | 7), EP | 3, "acknowledge error");
     assert_eq!(desk.read(0, IR) >> 17 & 0b111, 0b011, "EP, EW");
-    let tried = desk.0.take_passed();
-    assert!(tried.len() > 500 && tried.iter().all(|frame| frame.fate == Fate::NotAcknowledged));
+    let tried = desk.0.take_frames();
+    assert!(tried.len() > 500 && tried.iter().all(|frame| frame.result == FrameResult::NotAcknowledged));
     // An error-passive sender waits 8 more bits, so that other nodes can send first.
     let gap_bits = |first: usize| {
-        let gap_s = tried[first + 1].begins_s - tried[first].ends_s;
+        let gap_s = tried[first + 1].start_s - tried[first].end_s;
         (gap_s * 1e6).round()
     };
     assert_eq!((gap_bits(0), gap_bits(100)), (17.0, 25.0));
@@ -48,7 +48,7 @@ fn without_retransmission_an_unacknowledged_frame_is_dropped() {
     desk.send(0, 0, standard(1, &[]));
     desk.run_us(500.0);
     assert_eq!((desk.read(0, TXBRP), desk.read(0, TXBTO), desk.read(0, TXBCF)), (0, 0, 1));
-    assert_eq!(desk.0.take_passed().len(), 1);
+    assert_eq!(desk.0.take_frames().len(), 1);
 }
 
 /// A sender that reads back no dominant bits is bus-off after 32 frames.
@@ -58,15 +58,15 @@ fn leaves(desk: &mut Desk) {
     assert_eq!(desk.read(0, PSR) & (BO | 7), BO | 5);
     assert_eq!(desk.read(0, CCCR) & 1, 1, "INIT");
     assert_eq!(desk.read(0, IR) >> 19 & 1, 1);
-    assert_eq!(desk.0.take_passed().len(), 32);
+    assert_eq!(desk.0.take_frames().len(), 32);
 }
 
 #[test]
 fn shorted_wires_cause_bus_off_until_the_program_requests_recovery() {
     let mut desk = Desk::joined(2, PLAIN);
-    desk.0.short(true);
+    desk.0.set_shorted(true);
     leaves(&mut desk);
-    desk.0.short(false);
+    desk.0.set_shorted(false);
     desk.run_us(50_000.0);
     assert_eq!(desk.read(0, PSR) & BO, BO, "no automatic recovery");
     desk.write(0, IR, 1 << 19);
@@ -74,7 +74,7 @@ fn shorted_wires_cause_bus_off_until_the_program_requests_recovery() {
     // 129 times 11 bits.
     desk.run_us(1_418.0);
     assert_eq!(desk.read(0, PSR) & BO, BO);
-    assert_eq!(desk.0.take_passed().len(), 0);
+    assert_eq!(desk.0.take_frames().len(), 0);
     desk.run_us(2.0);
     assert_eq!((desk.read(0, PSR) & BO, desk.read(0, ECR), desk.read(0, IR) >> 19 & 1), (0, 32 << 16, 1));
     // The pending frame is sent.
@@ -85,9 +85,9 @@ fn shorted_wires_cause_bus_off_until_the_program_requests_recovery() {
 #[test]
 fn frames_of_other_nodes_delay_bus_off_recovery() {
     let mut desk = Desk::joined(3, PLAIN);
-    desk.0.short(true);
+    desk.0.set_shorted(true);
     leaves(&mut desk);
-    desk.0.short(false);
+    desk.0.set_shorted(false);
     desk.write(0, CCCR, PLAIN.control);
     let mut sent = 0;
     let mut back_us = 0;

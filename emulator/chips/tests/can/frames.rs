@@ -1,6 +1,6 @@
 //! Frames: content, timing and order.
 
-use chips::Fate;
+use chips::FrameResult;
 
 use crate::desk::{
     Desk, EVENT, FD, Frame, IE, ILE, ILS, IR, PLAIN, RXF0S, Setup, TXBAR, TXBCF, TXBCR, TXBRP, TXBTO, TXEFS,
@@ -16,8 +16,8 @@ fn a_frame_is_received_at_its_second_to_last_bit() {
     desk.run_us(50.0);
     assert_eq!(desk.take(1), None);
     desk.run_us(400.0);
-    let [passed] = desk.0.take_passed().try_into().unwrap();
-    assert_eq!((passed.fate, passed.sender), (Fate::Passed, 0));
+    let [passed] = desk.0.take_frames().try_into().unwrap();
+    assert_eq!((passed.result, passed.sender), (FrameResult::Acknowledged, 0));
     let (first, second, bytes) = desk.take(1).unwrap();
     assert_eq!((first, second >> 16 & 0x3F, bytes), (0x123 << 18, 0b11_1110, data));
     assert_eq!(desk.take(1), None);
@@ -29,7 +29,7 @@ fn a_frame_is_received_at_its_second_to_last_bit() {
     let unstuffed = 5 + 8 * 48 + 1 + 4 + 21 + 6 + 1;
     assert!((unstuffed..unstuffed + 90).contains(&bits.fast), "{bits:?}");
     let lasts_us = f64::from(bits.head + bits.tail) + 0.5 * f64::from(bits.fast);
-    let lasted_us = 1e6 * (passed.ends_s - passed.begins_s);
+    let lasted_us = 1e6 * (passed.end_s - passed.start_s);
     assert!((lasted_us - lasts_us).abs() < 1e-6, "{lasted_us} us");
 }
 
@@ -40,7 +40,7 @@ fn sender_and_receiver_are_notified_in_the_correct_cycle() {
     let asked = desk.bench(0).processor.cycles();
     let bits = loop {
         desk.run_us(2.0);
-        if let [passed] = &desk.0.take_passed()[..] {
+        if let [passed] = &desk.0.take_frames()[..] {
             break u64::from(passed.message.wire_bits().head + passed.message.wire_bits().tail);
         }
     };
@@ -182,6 +182,6 @@ fn a_controller_without_fd_sends_classic_frames() {
     let mut desk = Desk::joined(2, Setup { control: 0, ..PLAIN });
     desk.send(0, 0, Frame { first: 1 << 18, flags: FD, code: 15, data: &[9; 64] });
     desk.run_us(300.0);
-    let [passed] = desk.0.take_passed().try_into().unwrap();
+    let [passed] = desk.0.take_frames().try_into().unwrap();
     assert!(!passed.message.is_fd && passed.message.data == [9; 8]);
 }

@@ -50,7 +50,7 @@ fn a_controller_without_a_running_clock_does_not_start() {
     desk.store(0, 0x4002_1088, 1 << 24);
     desk.send(0, 0, standard(1, &[]));
     desk.run_us(1_000.0);
-    assert_eq!(desk.0.take_passed().len(), 0);
+    assert_eq!(desk.0.take_frames().len(), 0);
 }
 
 #[test]

@@ -265,7 +265,7 @@ pub(super) fn cell_of(slots: [Slot; 4]) -> Cell {
 fn access(places: &Values) -> Access {
     let bits = places.low() | places.step();
     let alignment = if bits.is_multiple_of(4) { 4 } else { 2 - (bits % 2) as u8 };
-    Access { lowest: places.low(), highest: places.high(), alignment }
+    Access { min_address: places.low(), max_address: places.high(), alignment }
 }
 
 fn unknown(places: &Values) -> AccessError {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::{Bound, BoundError, Question, unknown_words};
+use super::{Bound, BoundError, BoundRequest, unknown_words};
 use crate::abstraction::{Abstract, AbstractMemory, Facts, Join};
 use crate::explore::{Reason, explore};
 use crate::instruction::Width;
@@ -35,7 +35,7 @@ impl Round {
 }
 
 pub(super) fn round(
-    question: &Question<'_>,
+    question: &BoundRequest<'_>,
     domain: &mut Abstract,
     memory: AbstractMemory,
 ) -> Result<Round, BoundError> {
@@ -65,7 +65,7 @@ pub(super) fn round(
 
 /// Repeats the calls until memory converges. Each round starts with the union of memory before and after the
 /// last round.
-pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> {
+pub(super) fn settle(question: &BoundRequest<'_>) -> Result<Vec<Bound>, BoundError> {
     let mut domain = Abstract::default();
     let mut memory = question.start_memory();
     let inputs = question.calls.iter().flat_map(|call| &call.inputs);
@@ -85,8 +85,8 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
         };
         if number == MAX_ROUNDS {
             let address = question.calls.first().map_or(0, |call| call.function);
-            let reason = Reason::Unsettled { rounds: number, lowest };
-            let place = question.image.place(address);
+            let reason = Reason::NotConverged { rounds: number, lowest };
+            let place = question.image.location(address);
             return Err(BoundError { address, place, callers: Vec::new(), reason });
         }
         after = after.widen(&mut domain, &mut growths);

@@ -65,7 +65,7 @@ pub enum Reason {
     NoReturn,
     /// Memory does not converge over repeated calls.
     #[error("memory still changes after {rounds} rounds of calls, at {lowest:#010x} or above")]
-    Unsettled {
+    NotConverged {
         /// Number of rounds.
         rounds: u32,
         /// The lowest address that still changes.

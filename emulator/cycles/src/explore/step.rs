@@ -6,7 +6,7 @@ use crate::abstraction::{Bit, Word};
 use crate::domain::Domain as _;
 use crate::execute::{Flow, execute};
 use crate::instruction::{Condition, Instruction, Operation, SP};
-use crate::timing::{Known, Outcome};
+use crate::timing::{KnownOperands, Outcome};
 use crate::values::Values;
 
 /// Maximum number of separate paths within one block (from IT blocks).
@@ -77,7 +77,7 @@ impl Explorer<'_> {
         let condition = self.domain.holds(instruction.condition, state.registers.flags);
         let (holds, fails) = self.fork(state, condition);
         if let Some(mut state) = fails {
-            self.count(&mut state, instruction, Outcome::Skipped, Known::default());
+            self.count(&mut state, instruction, Outcome::Skipped, KnownOperands::default());
             stay.push(state);
         }
         holds.map_or(Ok(()), |state| self.execute(state, instruction, stay))
@@ -129,7 +129,7 @@ impl Explorer<'_> {
         if let (Some(pointer), Some(frame)) = (pointer, state.frames.last_mut()) {
             frame.lowest = frame.lowest.min(pointer);
         }
-        let known = Known { division, access: state.memory.first_access };
+        let known = KnownOperands { division, access: state.memory.first_access };
         match flow {
             Flow::Next => {
                 self.count(&mut state, instruction, Outcome::Done, known);
@@ -170,7 +170,7 @@ impl Explorer<'_> {
         self.fork(state, known.map_or(bit, Bit::Known))
     }
 
-    fn count(&self, state: &mut State, instruction: &Instruction, outcome: Outcome, known: Known) {
+    fn count(&self, state: &mut State, instruction: &Instruction, outcome: Outcome, known: KnownOperands) {
         let cycles = self.start.timing.cycles(&mut state.pipeline, instruction, outcome, known);
         state.cycles += u64::from(cycles);
     }

@@ -74,7 +74,11 @@ impl<'a> Walk<'a> {
         };
         let (bytes, other_bytes) = (depth(known), depth(&state));
         if bytes != other_bytes {
-            return Err(FrameError::Depths { place: self.image.place(place.0), bytes, other_bytes });
+            return Err(FrameError::DepthMismatch {
+                place: self.image.location(place.0),
+                bytes,
+                other_bytes,
+            });
         }
         let mut changed = known.slots.join(&state.slots);
         for (word, other) in known.registers.core.iter_mut().zip(state.registers.core) {
@@ -151,7 +155,7 @@ impl<'a> Walk<'a> {
                 let State { registers, slots } = state;
                 let flow = execute(&mut Origins, registers, slots, instruction);
                 let unmodelled =
-                    |error| FrameError::Unmodelled { place: self.image.place(instruction.address), error };
+                    |error| FrameError::Unmodelled { place: self.image.location(instruction.address), error };
                 return flow.map(Some).map_err(unmodelled);
             }
         };
@@ -201,14 +205,14 @@ impl<'a> Walk<'a> {
             return self.reach((target, pieces), state);
         }
         if self.frames.is_outlined(target) {
-            self.frame.pieces.insert(target);
+            self.frame.outlined_pieces.insert(target);
             return self.reach((target, pieces), state);
         }
         if to.is_some_and(|function| function.address == target) {
             return self.hand_over(instruction, Some(target), state, pieces);
         }
-        let place = self.image.place(instruction.address);
-        Err(FrameError::JumpInto { place, target: self.image.place(target) })
+        let place = self.image.location(instruction.address);
+        Err(FrameError::JumpIntoFunction { place, target: self.image.location(target) })
     }
 
     /// Calls an outlined piece, which returns through LR.
@@ -223,7 +227,7 @@ impl<'a> Walk<'a> {
             return Err(self.lost_return(instruction));
         }
         pieces.push(instruction.next());
-        self.frame.pieces.insert(target);
+        self.frame.outlined_pieces.insert(target);
         self.reach((target, pieces), state)
     }
 
@@ -294,7 +298,7 @@ impl<'a> Walk<'a> {
         }
         match (function(word), instruction.operation) {
             (Some(piece), _) if self.frames.is_outlined(piece) => {
-                self.frame.pieces.insert(piece);
+                self.frame.outlined_pieces.insert(piece);
                 self.reach((piece, pieces), state)
             }
             (callee @ Some(_), _) | (callee @ None, Operation::BranchRegister { .. }) => {
@@ -312,7 +316,7 @@ impl<'a> Walk<'a> {
 
     /// Returns to the caller.
     fn end(&mut self, instruction: &Instruction, state: &State<'_>) -> Fallible<()> {
-        let place = || self.image.place(instruction.address);
+        let place = || self.image.location(instruction.address);
         match state.registers.read(SP) {
             Word::Stack(0) => {}
             Word::Stack(distance) => {
@@ -329,11 +333,11 @@ impl<'a> Walk<'a> {
     }
 
     fn no_code(&self, address: u32) -> FrameError {
-        let place = self.image.place(address);
+        let place = self.image.location(address);
         let stands = |undecoded: &&Undecoded| match undecoded {
             Undecoded::Narrow { address: at, .. }
             | Undecoded::Wide { address: at, .. }
-            | Undecoded::CutOff { address: at } => *at == address,
+            | Undecoded::Truncated { address: at } => *at == address,
         };
         match self.image.undecoded.iter().find(stands) {
             Some(instruction) => FrameError::Undecoded { place, instruction: *instruction },
@@ -342,11 +346,11 @@ impl<'a> Walk<'a> {
     }
 
     fn lost_stack(&self, instruction: &Instruction) -> FrameError {
-        FrameError::LostStack { place: self.image.place(instruction.address) }
+        FrameError::UnknownStackPointer { place: self.image.location(instruction.address) }
     }
 
     fn lost_return(&self, instruction: &Instruction) -> FrameError {
-        FrameError::LostReturn { place: self.image.place(instruction.address) }
+        FrameError::InvalidReturn { place: self.image.location(instruction.address) }
     }
 }
 

@@ -20,7 +20,7 @@ pub enum ImageError {
     NotElf(#[from] object::Error),
     /// A part extends beyond the end of the file.
     #[error("truncated ELF: {part} is incomplete; copy or link the file again")]
-    CutOff {
+    Truncated {
         /// The part.
         part: &'static str,
     },
@@ -51,7 +51,8 @@ impl Image {
         if machine != EM_ARM {
             return Err(ImageError::NotArm { machine });
         }
-        let mut image = Self { segments: segments(&file)?, unfilled: unfilled(&file), ..Self::default() };
+        let mut image =
+            Self { segments: segments(&file)?, uninitialised: uninitialised(&file), ..Self::default() };
         let mapping = image.read_symbols(&file)?;
         if image.functions.is_empty() {
             return Err(ImageError::Stripped);
@@ -162,10 +163,10 @@ fn segments(file: &File<'_>) -> Result<Vec<Segment>, ImageError> {
         }
         segments.push(Segment {
             address: header.p_vaddr(LittleEndian),
-            flashed_at: header.p_paddr(LittleEndian),
+            load_address: header.p_paddr(LittleEndian),
             bytes: header
                 .data(LittleEndian, file.data())
-                .map_err(|()| ImageError::CutOff { part: "a segment" })?
+                .map_err(|()| ImageError::Truncated { part: "a segment" })?
                 .to_vec(),
             is_writable: header.p_flags(LittleEndian) & PF_W != 0,
         });
@@ -175,7 +176,7 @@ fn segments(file: &File<'_>) -> Result<Vec<Segment>, ImageError> {
 }
 
 /// Ranges without contents in the file, after the contents of their segment.
-fn unfilled(file: &File<'_>) -> Vec<Range<u32>> {
+fn uninitialised(file: &File<'_>) -> Vec<Range<u32>> {
     let loaded = file.elf_program_headers().iter().filter(|header| header.p_type(LittleEndian) == PT_LOAD);
     let behind = loaded.map(|header| {
         let start = header.p_vaddr(LittleEndian);
@@ -219,7 +220,7 @@ fn stack_sizes(file: &File<'_>) -> Result<BTreeMap<u32, u32>, ImageError> {
         let mut rest = section.data()?;
         while let Some((address, behind)) = rest.split_first_chunk() {
             let (bytes, behind) =
-                unsigned_leb128(behind).ok_or(ImageError::CutOff { part: ".stack_sizes" })?;
+                unsigned_leb128(behind).ok_or(ImageError::Truncated { part: ".stack_sizes" })?;
             sizes.insert(u32::from_le_bytes(*address) & !1, bytes);
             rest = behind;
         }

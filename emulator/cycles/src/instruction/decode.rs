@@ -25,7 +25,7 @@ pub enum Undecoded {
     },
     /// The code ends within an instruction.
     #[error("the code ends within the instruction at {address:#010x}")]
-    CutOff {
+    Truncated {
         /// Start address.
         address: u32,
     },
@@ -38,7 +38,7 @@ pub enum Undecoded {
 pub fn decode(address: u32, bytes: &[u8], block: ItState) -> Result<Instruction, Undecoded> {
     let half = |index: usize| match bytes.get(index..index + 2) {
         Some(&[low, high]) => Ok(u16::from_le_bytes([low, high])),
-        _ => Err(Undecoded::CutOff { address }),
+        _ => Err(Undecoded::Truncated { address }),
     };
     let first = half(0)?;
     let in_it_block = block.length() > 0;
@@ -72,7 +72,7 @@ fn may_stand_in_block(operation: &Operation, block: ItState) -> bool {
 /// Decodes code from start to end. After an [`Undecoded`], the iteration ends.
 #[must_use]
 pub fn decode_all(address: u32, bytes: &[u8]) -> Instructions<'_> {
-    Instructions { address, bytes, block: ItState::OUTSIDE }
+    Instructions { address, bytes, block: ItState::NOT_IN_BLOCK }
 }
 
 /// The instructions of a piece of code, in order; see [`decode_all`].

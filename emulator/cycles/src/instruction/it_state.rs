@@ -8,7 +8,7 @@ pub struct ItState(u8);
 
 impl ItState {
     /// No IT block.
-    pub const OUTSIDE: Self = Self(0);
+    pub const NOT_IN_BLOCK: Self = Self(0);
 
     /// State after an `IT` with this low byte: the first condition and the mask.
     pub(super) fn behind(byte: u8) -> Self {

@@ -49,7 +49,7 @@ impl Regions {
     pub(super) fn new(ram: Range<u32>, image: &Image) -> Self {
         let mut regions = Self { regions: Vec::new(), first_access: None };
         regions.map(ram.start, ram.end.saturating_sub(ram.start));
-        for variables in image.unfilled.iter().filter(|variables| !ram.contains(&variables.start)) {
+        for variables in image.uninitialised.iter().filter(|variables| !ram.contains(&variables.start)) {
             regions.map(variables.start, variables.end - variables.start);
         }
         for segment in &image.segments {
@@ -59,8 +59,8 @@ impl Regions {
             } else {
                 regions.add(segment.address, segment.bytes.clone(), segment.is_writable);
             }
-            if segment.flashed_at != segment.address {
-                regions.add(segment.flashed_at, segment.bytes.clone(), false);
+            if segment.load_address != segment.address {
+                regions.add(segment.load_address, segment.bytes.clone(), false);
             }
         }
         regions

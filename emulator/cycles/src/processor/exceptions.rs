@@ -60,7 +60,7 @@ impl<B: Bus> Processor<B> {
     }
 
     pub(super) fn place_of_fault(&self) -> String {
-        self.image.place(self.faulted_at)
+        self.image.location(self.faulted_at)
     }
 
     /// A failed write of a frame is a separate fault. Its handler runs first, at the SP below that frame; the
@@ -76,7 +76,7 @@ impl<B: Bus> Processor<B> {
         self.faults.push(Fault {
             cycle: self.cycles,
             place: self.place_of_fault(),
-            why: error.into(),
+            cause: error.into(),
             locks_up,
         });
     }

@@ -2,7 +2,7 @@
 
 use super::memory_protection::MemoryProtection;
 use super::system::System;
-use super::{At, Bus};
+use super::{AccessPoint, Bus};
 use crate::concrete::Concrete;
 use crate::instruction::Width;
 use crate::state::{AccessError, Memory};
@@ -19,7 +19,7 @@ pub(super) struct View<'a, B> {
     bus: &'a mut B,
     system: &'a mut System,
     protection: &'a mut MemoryProtection,
-    at: At,
+    at: AccessPoint,
     pub(super) first_access: Option<u32>,
     /// Whether interrupt lines and events may have changed.
     pub(super) touches_chip: bool,
@@ -30,7 +30,7 @@ impl<'a, B: Bus> View<'a, B> {
         bus: &'a mut B,
         system: &'a mut System,
         protection: &'a mut MemoryProtection,
-        at: At,
+        at: AccessPoint,
     ) -> Self {
         Self { bus, system, protection, at, first_access: None, touches_chip: false }
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::StackError;
-use crate::declared::Name;
+use crate::declarations::NamePattern;
 use crate::graph::{Edge, Graph};
 
 /// The deepest call chain, from one function on.
@@ -22,9 +22,9 @@ pub(super) struct Depths<'g, 'a> {
     graph: &'g Graph<'a>,
     root: u32,
     /// Functions whose calls are ignored.
-    pub(super) left_out: &'g [Name],
+    pub(super) left_out: &'g [NamePattern],
     /// Functions whose callees are ignored.
-    pub(super) last: &'g [Name],
+    pub(super) last: &'g [NamePattern],
     known: BTreeMap<Place, Deepest>,
     path: Vec<Place>,
 }
@@ -48,7 +48,7 @@ impl<'g, 'a> Depths<'g, 'a> {
             return Ok(*deepest);
         }
         if let Some(begin) = self.path.iter().position(|known| *known == place) {
-            let name = |(function, _): &Place| self.graph.image().place(*function);
+            let name = |(function, _): &Place| self.graph.image().location(*function);
             let chain = self.path.iter().skip(begin).chain([&place]).map(name).collect();
             return Err(StackError::Recursion { chain });
         }
@@ -87,7 +87,7 @@ impl<'g, 'a> Depths<'g, 'a> {
         Some((edge.callee, nested))
     }
 
-    fn is_one_of(&self, function: u32, names: &[Name]) -> bool {
+    fn is_one_of(&self, function: u32, names: &[NamePattern]) -> bool {
         names.iter().any(|name| self.graph.has_name(function, name))
     }
 
@@ -98,7 +98,7 @@ impl<'g, 'a> Depths<'g, 'a> {
         while let Some((function, nested)) = place {
             let Some(deepest) = self.known.get(&(function, nested.clone())) else { break };
             let bytes = deepest.by.map_or(deepest.bytes, |edge| edge.depth_bytes);
-            chain.push((self.graph.image().place(function), bytes));
+            chain.push((self.graph.image().location(function), bytes));
             place = deepest.by.and_then(|edge| self.called(edge, &nested));
         }
         chain

@@ -25,7 +25,7 @@ pub(super) fn levels(
             _ if vector == RESET => levels.push((None, handler)),
             _ if has_name(image, handler, DEFAULT) => {}
             (Some((_, priority)), _) | (None, Some((_, priority))) => levels.push((Some(*priority), handler)),
-            (None, None) => return Err(StackError::NoPriority { handler: image.place(handler) }),
+            (None, None) => return Err(StackError::NoPriority { handler: image.location(handler) }),
         }
     }
     Ok(levels)

@@ -2,7 +2,7 @@
 
 use super::pipeline::Pipeline;
 use super::price::Price;
-use super::{Access, Column, Known, Outcome, Row, Timing};
+use super::{Access, Column, KnownOperands, Outcome, Row, Timing};
 
 impl Timing {
     /// Cycles without flash wait states.
@@ -12,7 +12,7 @@ impl Timing {
         pipeline: &mut Pipeline,
         price: &Price,
         outcome: Outcome,
-        known: Known,
+        known: KnownOperands,
     ) -> u32 {
         pipeline.float_busy = pipeline.float_busy.min(self.longest_busy);
         pipeline.float_results_after = pipeline.float_results_after.min(self.longest_result);
@@ -73,7 +73,7 @@ impl Timing {
     }
 
     /// An instruction's own cycles, after a load that it may pipeline with.
-    fn own_cycles(&self, pipeline: &Pipeline, price: &Price, known: Known) -> u32 {
+    fn own_cycles(&self, pipeline: &Pipeline, price: &Price, known: KnownOperands) -> u32 {
         let mut cycles = u32::from(price.own);
         if let Some(is_signed) = price.division {
             cycles += self.quotient_cycles(known.division, is_signed);

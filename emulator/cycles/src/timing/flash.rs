@@ -1,7 +1,7 @@
 //! Flash with wait states: its lines and caches.
 
 use super::Outcome;
-use super::known::{Access, Known, RAM};
+use super::known::{Access, KnownOperands, RAM};
 use super::least_recent::LeastRecent;
 use super::price::Price;
 use crate::instruction::Instruction;
@@ -45,13 +45,13 @@ impl Flash {
 
     /// Maximum wait cycles of an instruction: for every line except `line`, the last line of the preceding
     /// instruction, and for its loads. Updates `line`.
-    pub(super) fn longest_waits(
+    pub(super) fn max_wait_cycles(
         &self,
         line: &mut Option<u32>,
         instruction: &Instruction,
         price: &Price,
         outcome: Outcome,
-        known: Known,
+        known: KnownOperands,
     ) -> u32 {
         let before = *line;
         let mut reads = all(price.lines).filter(|line| Some(*line) != before).count();
@@ -67,8 +67,8 @@ impl Flash {
 
     /// Maximum wait cycles of a load of `bytes`.
     fn longest_load(&self, access: Access, bytes: u32) -> u32 {
-        let reads = if access.lowest == access.highest {
-            u32::try_from(all(self.lines(access.lowest, bytes)).count()).unwrap_or(u32::MAX)
+        let reads = if access.min_address == access.max_address {
+            u32::try_from(all(self.lines(access.min_address, bytes)).count()).unwrap_or(u32::MAX)
         } else if self.reaches(access) {
             bytes.div_ceil(self.line_bytes.into()) + 1
         } else {
@@ -97,7 +97,7 @@ impl Flash {
     /// Whether an access can be to the flash.
     fn reaches(&self, access: Access) -> bool {
         let (start, end) = self.code_ram;
-        access.lowest < RAM && !(access.lowest >= start && access.highest < end)
+        access.min_address < RAM && !(access.min_address >= start && access.max_address < end)
     }
 
     /// The number of the line that contains `address`; `None` in RAM.
@@ -122,7 +122,7 @@ fn all(lines: Option<(u32, u32)>) -> impl Iterator<Item = u32> {
 }
 
 /// Address and number of bytes of an instruction's load.
-fn loaded(price: &Price, outcome: Outcome, known: Known) -> Option<(Access, u32)> {
+fn loaded(price: &Price, outcome: Outcome, known: KnownOperands) -> Option<(Access, u32)> {
     let bytes = price.loaded_bytes.filter(|_| outcome != Outcome::Skipped)?;
     Some((known.access.unwrap_or(Access::UNKNOWN), bytes.into()))
 }
@@ -146,7 +146,7 @@ impl Caches {
         flash: &Flash,
         price: &Price,
         outcome: Outcome,
-        known: Known,
+        known: KnownOperands,
         core_cycles: u32,
     ) -> u32 {
         let mut waits = match price.lines {
@@ -155,9 +155,10 @@ impl Caches {
             lines => all(lines).map(|line| self.fetch(flash, line)).sum(),
         };
         if let Some((access, bytes)) = loaded(price, outcome, known) {
-            if access.lowest == access.highest {
-                waits +=
-                    all(flash.lines(access.lowest, bytes)).map(|line| self.load(flash, line)).sum::<u32>();
+            if access.min_address == access.max_address {
+                waits += all(flash.lines(access.min_address, bytes))
+                    .map(|line| self.load(flash, line))
+                    .sum::<u32>();
             } else {
                 waits += flash.longest_load(access, bytes);
             }

@@ -3,9 +3,9 @@
 use super::rows;
 use crate::instruction::{Instruction, PC, SP, Width};
 
-/// Known values of an instruction's operands. In [`Known::default`], all are unknown, which costs the most.
+/// Known values of an instruction's operands. In [`KnownOperands::default`], all are unknown, which costs the most.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Known {
+pub struct KnownOperands {
     /// Dividend and divisor of a division.
     pub division: Option<(u32, u32)>,
     /// The (first) memory access of a load or store. Optional for accesses relative to SP or PC.
@@ -16,36 +16,36 @@ pub struct Known {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Access {
     /// Minimum address.
-    pub lowest: u32,
+    pub min_address: u32,
     /// Maximum address.
-    pub highest: u32,
+    pub max_address: u32,
     /// 1, 2 or 4: divides all possible addresses.
     pub alignment: u8,
 }
 
 impl Access {
-    pub(super) const UNKNOWN: Self = Self { lowest: 0, highest: u32::MAX, alignment: 1 };
+    pub(super) const UNKNOWN: Self = Self { min_address: 0, max_address: u32::MAX, alignment: 1 };
 
     /// A known address.
     #[must_use]
-    pub fn at(address: u32) -> Self {
+    pub fn at_address(address: u32) -> Self {
         let alignment = if address.is_multiple_of(4) { 4 } else { 2 - (address % 2) as u8 };
-        Self { lowest: address, highest: address, alignment }
+        Self { min_address: address, max_address: address, alignment }
     }
 }
 
-impl Known {
+impl KnownOperands {
     /// Adds the access if it is relative to SP or PC: SP is divisible by 4 and in RAM, PC is known.
     pub(super) fn with_access_of(self, instruction: &Instruction) -> Self {
         let access = self.access.or_else(|| {
             let (base, offset) = rows::immediate_offset(&instruction.operation)?;
             match base {
-                PC => {
-                    Some(Access::at((instruction.address.wrapping_add(4) & !3).wrapping_add_signed(offset)))
-                }
+                PC => Some(Access::at_address(
+                    (instruction.address.wrapping_add(4) & !3).wrapping_add_signed(offset),
+                )),
                 SP => {
-                    let alignment = Access::at(offset.cast_unsigned()).alignment;
-                    Some(Access { lowest: RAM, highest: u32::MAX, alignment })
+                    let alignment = Access::at_address(offset.cast_unsigned()).alignment;
+                    Some(Access { min_address: RAM, max_address: u32::MAX, alignment })
                 }
                 _ => None,
             }

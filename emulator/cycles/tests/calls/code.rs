@@ -66,7 +66,7 @@ pub(crate) fn image(functions: &[Code], vectors: &[usize]) -> Image {
         ("_stack_end", BOTTOM),
     ];
     image.symbols.extend(symbols.map(|(name, address)| (name.to_owned(), address)));
-    let segment = |address, bytes| Segment { address, flashed_at: address, bytes, is_writable: false };
+    let segment = |address, bytes| Segment { address, load_address: address, bytes, is_writable: false };
     image.segments = vec![segment(TABLE, table), segment(BEGIN, text)];
     image
 }

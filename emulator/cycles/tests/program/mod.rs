@@ -132,7 +132,7 @@ impl Program {
             (address, Function { address, bytes: 4 * (end - begin), names: vec![name] })
         });
         let bytes = (0..self.next).flat_map(|number| self.tables.get(&number).copied().unwrap_or_default());
-        let flash = Segment { address: CODE, flashed_at: CODE, bytes: bytes.collect(), is_writable: false };
+        let flash = Segment { address: CODE, load_address: CODE, bytes: bytes.collect(), is_writable: false };
         let marks =
             [("_stack_end", STACK), ("_stack_start", STACK_TOP), ("__sdata", RAM), ("__euninit", STACK)];
         Image {

@@ -102,7 +102,7 @@ fn machine(program: &Program) -> Machine {
         ("_stack_start", RAM.end),
     ];
     let function = Function { address: CODE, bytes: 0x10_0000 - CODE, names: vec!["program".into()] };
-    let segment = Segment { address: 0, flashed_at: 0, bytes: program.bytes.clone(), is_writable: false };
+    let segment = Segment { address: 0, load_address: 0, bytes: program.bytes.clone(), is_writable: false };
     let image = Image {
         segments: vec![segment],
         functions: BTreeMap::from([(CODE, function)]),

@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 use super::frame::{CanFrame, INTERFRAME_BITS, Identifier, WireBits};
 use super::node::{ErrorState, Node, Waiting};
 use crate::bus::Random;
-use crate::bus::time::bits_ns;
-use crate::bus::traffic::{Occupation, Timeline};
+use crate::bus::time::bits_to_ns;
+use crate::bus::traffic::{BusyInterval, Timeline};
 
 /// Maximum bits of an error frame, including the interframe space: flag, echoed flag, delimiter.
 const ERROR_FRAME_BITS: u32 = 6 + 6 + 8 + INTERFRAME_BITS;
@@ -121,7 +121,7 @@ impl CanBus {
     /// Queues the frames of a packet in a node from `now_ns` on; calls must be in order of time. Returns false if
     /// they do not all fit; then no frame is queued and the node counts the drop.
     pub fn submit(&mut self, node: usize, now_ns: u64, frames: Vec<CanFrame>) -> bool {
-        if self.has_no_room(node, now_ns, frames.len()) {
+        if self.is_queue_full(node, now_ns, frames.len()) {
             return false;
         }
         let Some(node) = self.nodes.get_mut(node) else { return false };
@@ -136,7 +136,7 @@ impl CanBus {
     /// Resets a node: a bus-off node joins again without recovery.
     pub fn reset(&mut self, node: usize, now_ns: u64) {
         self.run_until(now_ns);
-        let rejoin_ns = bits_ns(REJOIN_BITS, self.parameters.bits_per_s);
+        let rejoin_ns = bits_to_ns(REJOIN_BITS, self.parameters.bits_per_s);
         if let Some(node) = self.nodes.get_mut(node) {
             node.recent_bus_offs = 0;
             node.back_ns = node.back_ns.min(now_ns + rejoin_ns);
@@ -144,7 +144,7 @@ impl CanBus {
     }
 
     /// Whether a packet of this many frames does not fit from `now_ns` on; the node then counts the drop.
-    pub fn has_no_room(&mut self, node: usize, now_ns: u64, frames: usize) -> bool {
+    pub fn is_queue_full(&mut self, node: usize, now_ns: u64, frames: usize) -> bool {
         self.run_until(now_ns);
         let room = self.parameters.queue_frames;
         let Some(node) = self.nodes.get_mut(node) else { return true };
@@ -214,7 +214,7 @@ impl CanBus {
         let others = self.nodes.iter().enumerate().filter(|(index, _)| *index != sender);
         let is_acknowledged = others.into_iter().any(|(_, node)| node.state(start_ns) != ErrorState::BusOff);
         let all = waiting.bits.sum();
-        let good_bits = self.random.successes_before_failure(self.parameters.bit_error_rate);
+        let good_bits = self.random.geometric(self.parameters.bit_error_rate);
         let good_bits = u32::try_from(good_bits).unwrap_or(u32::MAX).min(all);
         let is_good = good_bits >= all;
         let is_received = is_acknowledged && good_bits + 1 >= all;
@@ -226,11 +226,11 @@ impl CanBus {
         let end_ns = start_ns + self.lasts_ns(waiting.bits, bits);
         let is_sent = is_good && is_acknowledged;
         let gap_bits = if is_sent { INTERFRAME_BITS } else { ERROR_FRAME_BITS };
-        self.free_ns = end_ns + bits_ns(gap_bits, self.parameters.bits_per_s);
+        self.free_ns = end_ns + bits_to_ns(gap_bits, self.parameters.bits_per_s);
         self.busy_ns += self.free_ns - start_ns;
         self.error_frames += u64::from(!is_sent);
         let shown_until_ns = if is_sent { end_ns } else { self.free_ns };
-        self.timeline.add(Occupation {
+        self.timeline.add(BusyInterval {
             start_ns,
             end_ns: shown_until_ns,
             sender,
@@ -255,20 +255,20 @@ impl CanBus {
         let head = bits.min(frame.head);
         let fast = (bits - head).min(frame.fast);
         let slow = bits - fast;
-        bits_ns(slow, self.parameters.bits_per_s) + bits_ns(fast, self.parameters.data_bits_per_s)
+        bits_to_ns(slow, self.parameters.bits_per_s) + bits_to_ns(fast, self.parameters.data_bits_per_s)
     }
 
     /// Maximum duration of a frame with these bits, including the interframe space, `ns`.
     #[must_use]
     pub fn frame_ns(parameters: &CanParameters, bits: WireBits) -> u64 {
         let slow = bits.head + bits.tail + INTERFRAME_BITS;
-        bits_ns(slow, parameters.bits_per_s) + bits_ns(bits.fast, parameters.data_bits_per_s)
+        bits_to_ns(slow, parameters.bits_per_s) + bits_to_ns(bits.fast, parameters.data_bits_per_s)
     }
 
     /// Updates error counters and states.
     fn count(&mut self, sender: usize, start_ns: u64, [is_good, is_acknowledged, is_received]: [bool; 3]) {
         let [recessive_ns, suspended_ns, rejoin_ns] = [RECESSIVE_BITS, SUSPENDED_BITS, REJOIN_BITS]
-            .map(|bits| bits_ns(bits, self.parameters.bits_per_s));
+            .map(|bits| bits_to_ns(bits, self.parameters.bits_per_s));
         let (free_ns, rejoins) = (self.free_ns, self.parameters.rejoins);
         let taken_ns = free_ns - start_ns;
         for (index, node) in self.nodes.iter_mut().enumerate() {

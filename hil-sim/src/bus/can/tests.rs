@@ -1,5 +1,5 @@
 use super::*;
-use crate::bus::time::{NS_PER_S, bits_ns};
+use crate::bus::time::{NS_PER_S, bits_to_ns};
 use proptest::prelude::{ProptestConfig, Strategy, any, prop_assert, prop_assert_eq, proptest};
 
 const CLEAN: CanParameters = CanParameters {
@@ -156,8 +156,8 @@ fn error_frames_come_as_often_as_bits_are_wrong_and_everything_gets_through() {
     assert!((found - expected).abs() < 4.0 * expected.sqrt(), "{found} for {expected}");
     assert_eq!(bus.nodes().iter().map(|node| node.bus_offs).sum::<u32>(), 0);
     // A wrong bit costs what is gone of the frame, an error frame, and the frame again.
-    let max_ns = bits_ns(2 * bits + 23 + 100, 1_000_000);
-    assert!(longest_ns(&bus, 1) > bits_ns(bits + 23, 1_000_000) && longest_ns(&bus, 1) < 3 * max_ns);
+    let max_ns = bits_to_ns(2 * bits + 23 + 100, 1_000_000);
+    assert!(longest_ns(&bus, 1) > bits_to_ns(bits + 23, 1_000_000) && longest_ns(&bus, 1) < 3 * max_ns);
 }
 
 /// ISO 11898-1: for who listens a frame is good from the last bit but one of its end on, for its sender from the last.
@@ -196,7 +196,7 @@ fn a_sender_with_too_many_errors_comes_back_as_often_as_it_may_and_then_stays_aw
     let sender = &bus.nodes()[0];
     assert_eq!((sender.bus_offs, sender.state(20 * NS_PER_S)), (3, ErrorState::BusOff));
     assert!(sender.dropped > 1000, "what it was given later is dropped and counted: {}", sender.dropped);
-    let last = bus.timeline().occupations().rfind(|occupation| occupation.sender == 0).unwrap();
+    let last = bus.timeline().busy_intervals().rfind(|occupation| occupation.sender == 0).unwrap();
     assert!(last.is_error && last.end_ns < 15 * NS_PER_S);
 }
 
@@ -228,7 +228,7 @@ fn a_node_is_away_for_as_long_as_the_standard_says() {
     bus.submit(0, 0, vec![frame(0, &[0; 8])]);
     bus.run_until(NS_PER_S);
     assert_eq!(bus.error_frames(), 32, "256 / 8");
-    let last_ns = bus.timeline().occupations().last().unwrap().end_ns;
+    let last_ns = bus.timeline().busy_intervals().last().unwrap().end_ns;
     assert_eq!(bus.nodes()[0].state(last_ns + 1_407_999), ErrorState::BusOff);
     assert_eq!(bus.nodes()[0].state(last_ns + 1_408_000), ErrorState::Active);
 }

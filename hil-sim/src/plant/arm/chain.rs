@@ -10,7 +10,7 @@ use super::ArmParameters;
 use super::link::{LinkKind, LinkParameters};
 use super::spatial::{Inertia, Twist, Wrench};
 use super::vector::{Vector, cross, dot, plus, scaled, turned};
-use crate::plant::coupled::{Axes, Dynamics, Matrix, Mechanism};
+use crate::plant::coupled::{AxisValues, Dynamics, Matrix, Mechanism};
 use dimsart_core::limits::MAX_DOF;
 
 /// An open chain of rigid links.
@@ -122,14 +122,14 @@ impl Chain {
     }
 
     /// Returns each link with its frame, starting at the base.
-    fn frames(&self, position: &Axes) -> impl Iterator<Item = (&Link, Frame)> {
+    fn frames(&self, position: &AxisValues) -> impl Iterator<Item = (&Link, Frame)> {
         self.links.iter().zip(position).scan(Frame::BASE, |before, (link, position)| {
             *before = link.frame(before, *position);
             Some((link, *before))
         })
     }
 
-    fn moved(&self, position: &Axes) -> [Moved; MAX_DOF] {
+    fn moved(&self, position: &AxisValues) -> [Moved; MAX_DOF] {
         let mut moved = [Moved::default(); MAX_DOF];
         for (moved, (link, frame)) in moved.iter_mut().zip(self.frames(position)) {
             *moved = Moved { twist: link.twist(&frame), inertia: link.inertia(&frame) };
@@ -143,7 +143,7 @@ impl Mechanism for Chain {
         self.links.len()
     }
 
-    fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics {
+    fn dynamics(&self, position: &AxisValues, velocity: &AxisValues) -> Dynamics {
         let moved = self.moved(position);
         let moved = moved.get(..self.axes()).unwrap_or(&moved);
         // Gravity equals an upward acceleration of the base.
@@ -175,18 +175,18 @@ impl Mechanism for Chain {
         Dynamics { mass, bias }
     }
 
-    fn potential_j(&self, position: &Axes) -> f64 {
+    fn potential_j(&self, position: &AxisValues) -> f64 {
         let lifted = |(link, frame): (&Link, Frame)| {
             -link.mass_kg * dot(self.gravity_m_per_s2, frame.place(link.centre_m))
         };
         self.frames(position).map(lifted).sum()
     }
 
-    fn tip_m(&self, position: &Axes) -> [f64; 3] {
+    fn tip_m(&self, position: &AxisValues) -> [f64; 3] {
         self.frames(position).last().map_or(self.tip_m, |(_, frame)| frame.place(self.tip_m))
     }
 
-    fn tip_jacobian(&self, position: &Axes) -> [Axes; 3] {
+    fn tip_jacobian(&self, position: &AxisValues) -> [AxisValues; 3] {
         let tip = self.tip_m(position);
         let mut columns = [[0.0; 3]; MAX_DOF];
         for (column, (link, frame)) in columns.iter_mut().zip(self.frames(position)) {

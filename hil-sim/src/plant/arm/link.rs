@@ -111,7 +111,7 @@ impl LinkParameters {
         finite("start_position", self.start_position)?;
         positive_or_infinite("effort_limit", self.effort_limit)?;
         if let Some(stops) = &self.stops {
-            stops.check().map_err(|error| error.within("stops"))?;
+            stops.check().map_err(|error| error.with_path_prefix("stops"))?;
         }
         // Every motion then has kinetic energy: the first moving joint moves its own link.
         let moved = self.motor_inertia + self.own_inertia();

@@ -2,7 +2,7 @@
 
 use super::state::State;
 use super::step::{Outside, Period};
-use super::{Axes, Coupled, Mechanism, Tip, transposed};
+use super::{AxisValues, Coupled, Mechanism, Tip, transposed};
 use dimsart_core::limits::MAX_DOF;
 
 impl<M: Mechanism> Coupled<M> {
@@ -32,7 +32,7 @@ impl<M: Mechanism> Coupled<M> {
 
     /// Like [`advance`](Self::advance), with an external force on the tip (`N`, base frame) that can depend on its
     /// position and velocity, such as of a wall or hand.
-    pub fn advance_pushed(
+    pub fn advance_with_tip_force(
         &mut self,
         start_s: f64,
         period_s: f64,
@@ -42,12 +42,12 @@ impl<M: Mechanism> Coupled<M> {
         self.advance_pushed_by(start_s, period_s, self.commanded(command), push);
     }
 
-    /// [`advance_pushed`](Self::advance_pushed) with commanded torques `wanted`.
+    /// [`advance_with_tip_force`](Self::advance_with_tip_force) with commanded torques `wanted`.
     pub(in crate::plant) fn advance_pushed_by(
         &mut self,
         start_s: f64,
         period_s: f64,
-        wanted: Axes,
+        wanted: AxisValues,
         push: &dyn Fn(&Tip) -> [f64; 3],
     ) {
         let forces = self.limited(wanted);
@@ -64,15 +64,15 @@ impl<M: Mechanism> Coupled<M> {
         &mut self,
         start_s: f64,
         period_s: f64,
-        wanted: Axes,
-        outside: &dyn Fn(f64, &Axes, &Axes) -> Axes,
+        wanted: AxisValues,
+        outside: &dyn Fn(f64, &AxisValues, &AxisValues) -> AxisValues,
     ) {
         let forces = self.limited(wanted);
         self.state = self.after(start_s, period_s, forces, outside);
         self.actuator_forces = forces;
     }
 
-    fn after(&self, start_s: f64, period_s: f64, actuator_forces: Axes, outside: Outside<'_>) -> State {
+    fn after(&self, start_s: f64, period_s: f64, actuator_forces: AxisValues, outside: Outside<'_>) -> State {
         let period = Period { coupled: self, actuator_forces, outside };
         let mut state = self.state;
         period.pass(&mut state, start_s, start_s + period_s);
@@ -80,7 +80,7 @@ impl<M: Mechanism> Coupled<M> {
     }
 
     /// Converts the command to torques.
-    fn commanded(&self, command: &[f32]) -> Axes {
+    fn commanded(&self, command: &[f32]) -> AxisValues {
         let mut wanted = [0.0; MAX_DOF];
         for (wanted, command) in wanted.iter_mut().take(self.axes()).zip(command) {
             *wanted = f64::from(*command);
@@ -89,7 +89,7 @@ impl<M: Mechanism> Coupled<M> {
     }
 
     /// Limits the commanded torques.
-    fn limited(&self, wanted: Axes) -> Axes {
+    fn limited(&self, wanted: AxisValues) -> AxisValues {
         let mut forces = wanted;
         for (force, actuator) in forces.iter_mut().zip(&self.actuators) {
             *force = force.clamp(-actuator.effort_limit, actuator.effort_limit);

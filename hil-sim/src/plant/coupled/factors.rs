@@ -3,7 +3,7 @@
 
 use nalgebra::{Cholesky, Const, SVector};
 
-use super::{Axes, Matrix};
+use super::{AxisValues, Matrix};
 use dimsart_core::limits::MAX_DOF;
 
 /// Factorised mass matrix of the moving axes.
@@ -26,7 +26,7 @@ impl Factors {
     }
 
     /// Returns `x` of `M x = b`: 0 for held axes, NaN if the matrix is not positive definite.
-    pub(super) fn solve(&self, right: &Axes) -> Axes {
+    pub(super) fn solve(&self, right: &AxisValues) -> AxisValues {
         let Some(cholesky) = &self.cholesky else { return [f64::NAN; MAX_DOF] };
         let mut solution = SVector::from(*right);
         for (entry, _) in solution.iter_mut().zip(self.is_held).filter(|(_, held)| *held) {
@@ -37,7 +37,7 @@ impl Factors {
     }
 
     /// `wᵀ M⁻¹ w`: mobility along `w`.
-    pub(super) fn mobility(&self, direction: &Axes) -> f64 {
+    pub(super) fn mobility(&self, direction: &AxisValues) -> f64 {
         super::dot(direction, &self.solve(direction))
     }
 }

@@ -2,7 +2,7 @@
 
 use super::actuator::Actuator;
 use super::factors::Factors;
-use super::{Axes, Matrix, times};
+use super::{AxisValues, Matrix, times};
 use crate::plant::joint::Contact;
 use crate::plant::joint::Slide;
 use dimsart_core::limits::MAX_DOF;
@@ -48,7 +48,7 @@ pub(super) fn direction(slide: Slide) -> f64 {
 }
 
 /// Sliding direction of each moving axis; axes at rest stick until [`settle`] determines otherwise.
-pub(super) fn slides(actuators: &[Actuator], velocity: &Axes) -> [Slide; MAX_DOF] {
+pub(super) fn slides(actuators: &[Actuator], velocity: &AxisValues) -> [Slide; MAX_DOF] {
     let mut slides = [Slide::Frictionless; MAX_DOF];
     for ((slide, actuator), &velocity) in slides.iter_mut().zip(actuators).zip(velocity) {
         if actuator.coulomb > 0.0 {
@@ -70,7 +70,13 @@ pub(super) fn slides(actuators: &[Actuator], velocity: &Axes) -> [Slide; MAX_DOF
 /// solve a linear complementarity problem with a positive definite matrix; changing always the first wrong axis finds
 /// the solution (K. G. Murty, "Note on a Bard-type scheme for solving the complementarity problem", Opsearch 11,
 /// 1974).
-pub(super) fn settle(mode: &mut Mode, actuators: &[Actuator], velocity: &Axes, mass: &Matrix, net: &Axes) {
+pub(super) fn settle(
+    mode: &mut Mode,
+    actuators: &[Actuator],
+    velocity: &AxisValues,
+    mass: &Matrix,
+    net: &AxisValues,
+) {
     for _ in 0..ANSWERS_MAX {
         let forces = with_friction(net, actuators, &mode.slides);
         let acceleration = Factors::of(mass, mode.is_held(actuators.len())).solve(&forces);
@@ -97,7 +103,11 @@ pub(super) fn settle(mode: &mut Mode, actuators: &[Actuator], velocity: &Axes, m
 }
 
 /// `net` minus the Coulomb friction of the sliding axes.
-pub(super) fn with_friction(net: &Axes, actuators: &[Actuator], slides: &[Slide; MAX_DOF]) -> Axes {
+pub(super) fn with_friction(
+    net: &AxisValues,
+    actuators: &[Actuator],
+    slides: &[Slide; MAX_DOF],
+) -> AxisValues {
     let mut forces = *net;
     for ((force, actuator), slide) in forces.iter_mut().zip(actuators).zip(slides) {
         *force -= direction(*slide) * actuator.coulomb;

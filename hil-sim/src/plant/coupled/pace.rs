@@ -1,7 +1,7 @@
 //! Time constants of a coupled machine, and whether it can be simulated.
 
 use super::factors::Factors;
-use super::{Axes, Coupled, Mechanism};
+use super::{AxisValues, Coupled, Mechanism};
 use crate::plant::parameter::{ParameterError, require};
 use dimsart_core::limits::MAX_DOF;
 
@@ -23,7 +23,7 @@ pub(super) fn check<M: Mechanism>(coupled: &Coupled<M>) -> Result<(), ParameterE
         require(path, value, steps_per_ms <= STEPS_PER_MS_MAX, &allowed)
     };
     for (axis, actuator) in coupled.actuators.iter().enumerate() {
-        let direction: Axes = core::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
+        let direction: AxisValues = core::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
         let viscous = actuator.viscous;
         resolved(&actuator.viscous_path, viscous, viscous * factors.mobility(&direction))?;
     }

@@ -1,12 +1,12 @@
 //! State of a coupled machine.
 
-use super::Axes;
+use super::AxisValues;
 
 /// State of a coupled machine, or its rate of change.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct State {
-    pub(super) position: Axes,
-    pub(super) velocity: Axes,
+    pub(super) position: AxisValues,
+    pub(super) velocity: AxisValues,
     pub(super) supplied_j: f64,
     pub(super) dissipated_j: f64,
 }

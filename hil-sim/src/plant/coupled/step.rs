@@ -6,7 +6,7 @@
 use super::factors::Factors;
 use super::mode::{self, MAX_STOPS, Mode};
 use super::state::State;
-use super::{Axes, Coupled, Dynamics, Mechanism, dot, times};
+use super::{AxisValues, Coupled, Dynamics, Mechanism, dot, times};
 use crate::plant::joint::Contact;
 use crate::plant::joint::Slide;
 
@@ -24,13 +24,13 @@ const MAX_CHANGE: f64 = 5.0;
 const BETWEEN: [f64; 3] = [0.25, 0.5, 0.75];
 
 /// External torques by time, position and velocity, `N m` or `N`.
-pub(super) type Outside<'a> = &'a dyn Fn(f64, &Axes, &Axes) -> Axes;
+pub(super) type Outside<'a> = &'a dyn Fn(f64, &AxisValues, &AxisValues) -> AxisValues;
 
 /// A period of constant command.
 pub(super) struct Period<'a, M> {
     pub(super) coupled: &'a Coupled<M>,
     /// Torques of the actuators.
-    pub(super) actuator_forces: Axes,
+    pub(super) actuator_forces: AxisValues,
     pub(super) outside: Outside<'a>,
 }
 
@@ -191,7 +191,7 @@ impl<M: Mechanism> Period<'_, M> {
     }
 
     /// Equations of motion, net of all forces except Coulomb friction, and their power.
-    fn frictionless(&self, time_s: f64, state: &State, mode: &Mode) -> (Dynamics, Axes, Power) {
+    fn frictionless(&self, time_s: f64, state: &State, mode: &Mode) -> (Dynamics, AxisValues, Power) {
         let State { position, velocity, .. } = state;
         let dynamics = self.coupled.dynamics(position, velocity);
         let mut net = (self.outside)(time_s, position, velocity);

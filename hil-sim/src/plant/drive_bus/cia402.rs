@@ -186,7 +186,7 @@ impl DriveNode for Cia402 {
             }
             self.drive.receive(Cia402Node::SYNC_ID, &[]);
             self.drive.advance(self.settings.tick_s.into());
-            self.drive.sent().for_each(|(id, data)| self.control.receive(id, &data));
+            self.drive.take_frames().for_each(|(id, data)| self.control.receive(id, &data));
             self.control.read();
         }
     }
@@ -214,7 +214,7 @@ impl DriveNode for Cia402 {
     fn sent(&mut self) -> Vec<CanFrame> {
         let frame =
             |(id, data): (u16, Vec<u8>)| CanFrame::new(Identifier::Standard(id), Format::Classic, &data);
-        self.drive.sent().filter_map(frame).collect()
+        self.drive.take_frames().filter_map(frame).collect()
     }
 
     fn raise_fault(&mut self, number: u16) {
@@ -229,8 +229,8 @@ impl DriveNode for Cia402 {
         self.drive.torque_nm()
     }
 
-    fn left_s(&self) -> Option<f64> {
-        self.drive.left_s()
+    fn time_to_timeout_s(&self) -> Option<f64> {
+        self.drive.time_to_timeout_s()
     }
 
     fn advance(&mut self, period_s: f64) {

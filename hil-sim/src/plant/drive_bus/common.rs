@@ -28,7 +28,7 @@ pub(super) trait DriveNode: core::fmt::Debug + Send {
     fn set_state(&mut self, position_rad: f64, velocity_rad_per_s: f64);
     fn torque_nm(&self) -> f64;
     /// Returns the time until the torque times out.
-    fn left_s(&self) -> Option<f64>;
+    fn time_to_timeout_s(&self) -> Option<f64>;
     fn advance(&mut self, period_s: f64);
 }
 

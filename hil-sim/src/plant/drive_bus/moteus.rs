@@ -170,8 +170,8 @@ impl DriveNode for Moteus {
         self.drive.torque_nm()
     }
 
-    fn left_s(&self) -> Option<f64> {
-        self.drive.left_s()
+    fn time_to_timeout_s(&self) -> Option<f64> {
+        self.drive.time_to_timeout_s()
     }
 
     fn advance(&mut self, period_s: f64) {

@@ -71,7 +71,7 @@ impl BrushedParameters {
         self.thermal
             .as_ref()
             .map_or(Ok(()), ThermalParameters::check)
-            .map_err(|error| error.within("thermal"))
+            .map_err(|error| error.with_path_prefix("thermal"))
     }
 
     pub(super) fn winding(&self) -> Winding {

@@ -114,7 +114,7 @@ impl ThreePhaseParameters {
         self.thermal
             .as_ref()
             .map_or(Ok(()), ThermalParameters::check)
-            .map_err(|error| error.within("thermal"))
+            .map_err(|error| error.with_path_prefix("thermal"))
     }
 
     /// `3/2 p ψ`, `N m/A`.

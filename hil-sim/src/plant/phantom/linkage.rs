@@ -13,7 +13,7 @@
 //! and generate energy.
 #![expect(clippy::indexing_slicing, reason = "matrices of a fixed size")]
 
-use crate::plant::coupled::{Axes, Dynamics, Matrix, Mechanism, transposed};
+use crate::plant::coupled::{AxisValues, Dynamics, Matrix, Mechanism, transposed};
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
 use dimsart_core::limits::MAX_DOF;
 use serde::{Deserialize, Serialize};
@@ -171,7 +171,13 @@ impl Linkage {
 
     /// Contribution of a mass at the tip: `m Jᵀ J`, and `m Jᵀ a` with the acceleration `a` of the tip at constant
     /// axis speeds.
-    fn add_tip(&self, position: &Axes, velocity: &Axes, mass: &mut Matrix, bias: &mut Axes) {
+    fn add_tip(
+        &self,
+        position: &AxisValues,
+        velocity: &AxisValues,
+        mass: &mut Matrix,
+        bias: &mut AxisValues,
+    ) {
         if self.tip_kg <= 0.0 {
             return;
         }
@@ -211,7 +217,7 @@ impl Linkage {
 }
 
 impl Angles {
-    fn of(position: &Axes) -> Self {
+    fn of(position: &AxisValues) -> Self {
         let [base, inner, outer, ..] = *position;
         Self { base: libm::sincos(base), inner: libm::sincos(inner), outer: libm::sincos(outer) }
     }
@@ -222,7 +228,7 @@ impl Mechanism for Linkage {
         3
     }
 
-    fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics {
+    fn dynamics(&self, position: &AxisValues, velocity: &AxisValues) -> Dynamics {
         let Angles { inner: (sin_inner, cos_inner), outer: (sin_outer, cos_outer), .. } =
             Angles::of(position);
         let [turning_rad_per_s, inner_rad_per_s, outer_rad_per_s, ..] = *velocity;
@@ -264,21 +270,21 @@ impl Mechanism for Linkage {
         Dynamics { mass, bias }
     }
 
-    fn potential_j(&self, position: &Axes) -> f64 {
+    fn potential_j(&self, position: &AxisValues) -> f64 {
         let angles = Angles::of(position);
         let [inner_nm, outer_nm] = self.weights_nm;
         inner_nm * angles.inner.0 - outer_nm * angles.outer.1
     }
 
     /// `x` forward, `y` left, `z` up, from the intersection of the axes.
-    fn tip_m(&self, position: &Axes) -> [f64; 3] {
+    fn tip_m(&self, position: &AxisValues) -> [f64; 3] {
         let angles = Angles::of(position);
         let reach_m = self.reach_m(&angles);
         let height_m = self.inner_m * angles.inner.0 - self.outer_m * angles.outer.1;
         [reach_m * angles.base.1, reach_m * angles.base.0, height_m]
     }
 
-    fn tip_jacobian(&self, position: &Axes) -> [Axes; 3] {
+    fn tip_jacobian(&self, position: &AxisValues) -> [AxisValues; 3] {
         let angles = Angles::of(position);
         let reach_m = self.reach_m(&angles);
         let (sin, cos) = angles.base;

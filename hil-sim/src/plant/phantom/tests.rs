@@ -41,7 +41,7 @@ proptest! {
     #[test]
     fn the_mass_matrix_is_positive_definite(position in prop::array::uniform3(-4.0..4.0)) {
         let phantom = PhantomParameters::default().ideal().build().unwrap();
-        let mass = phantom.body().mass_matrix(&position);
+        let mass = phantom.dynamics().mass_matrix(&position);
         prop_assert!(mass[(0, 0)] > 1e-3);
         prop_assert!(mass[(1, 1)] * mass[(2, 2)] - mass[(1, 2)] * mass[(2, 1)] > 1e-6);
         prop_assert!((mass[(1, 2)] - mass[(2, 1)]).abs() <= 0.0);
@@ -56,7 +56,7 @@ proptest! {
         velocity in prop::array::uniform3(-5.0..5.0),
     ) {
         let phantom = PhantomParameters::default().ideal().build().unwrap();
-        let body = phantom.body();
+        let body = phantom.dynamics();
         let columns = coriolis(body, &position, &velocity);
         let step_s = 1e-4;
         let at = |share: f64| body.mass_matrix(&[0, 1, 2].map(|axis| position[axis] + share * step_s * velocity[axis]));
@@ -78,7 +78,7 @@ proptest! {
 #[test]
 fn the_tip_feels_as_heavy_as_published() {
     let phantom = PhantomParameters::default().ideal().build().unwrap();
-    let body = phantom.body();
+    let body = phantom.dynamics();
     let (mass, jacobian) = (body.mass_matrix(&[0.0; 3]), body.tip_jacobian(&[0.0; 3]));
     // All at right angles: each direction has its own axis.
     for (direction, axis, lever_m, apparent_kg) in
@@ -104,7 +104,7 @@ fn the_tip_feels_as_heavy_as_published() {
 #[test]
 fn the_tip_is_where_the_angles_say() {
     let phantom = PhantomParameters::default().build().unwrap();
-    let body = phantom.body();
+    let body = phantom.dynamics();
     for (seen, expected) in phantom.tip(0.0).position_m.into_iter().zip([0.215, 0.0, -0.170]) {
         close(seen, expected, 0.0);
     }
@@ -132,7 +132,7 @@ fn a_force_at_the_tip_is_the_torques_of_its_levers() {
     let parameters = PhantomParameters { start_position_rad, ..PhantomParameters::default() };
     let mut by_force = parameters.build().unwrap();
     let mut by_torque = PhantomParameters { port: PhantomPort::Joint, ..parameters.clone() }.build().unwrap();
-    let jacobian = by_force.body().tip_jacobian(&start_position_rad);
+    let jacobian = by_force.dynamics().tip_jacobian(&start_position_rad);
     let force_n = [1.5_f32, -0.5, 2.0];
     hold(&mut by_force, 1, &force_n);
     #[expect(clippy::cast_possible_truncation, reason = "a command is single precision")]
@@ -183,13 +183,13 @@ fn a_light_touch_is_lost_in_friction() {
 #[test]
 fn a_tip_let_go_falls_to_its_ends_and_rests_there() {
     let mut phantom = PhantomParameters::default().build().unwrap();
-    phantom.place(&[0.2, 0.5, 0.6], &[3.0, 0.0, 0.0]);
+    phantom.set_state(&[0.2, 0.5, 0.6], &[3.0, 0.0, 0.0]);
     let start_j = phantom.energy().stored_j;
     hold(&mut phantom, 6000, &[]);
     let energy = phantom.energy();
     close(energy.supplied_j, 0.0, 0.0);
     close(start_j - energy.stored_j, energy.dissipated_j, 1e-6 * energy.dissipated_j);
-    let body = phantom.body();
+    let body = phantom.dynamics();
     for axis in 0..3 {
         close(phantom.axis(axis).velocity, 0.0, 1e-3);
     }

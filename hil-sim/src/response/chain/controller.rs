@@ -20,7 +20,7 @@ pub struct Controller {
     pub playout_ticks: u32,
     /// Policy of its receiver if missing packets lose displacement permanently: `ZERO`, and `LIMITED` without
     /// play-out.
-    pub losing_policy: Option<&'static str>,
+    pub lossy_policy: Option<&'static str>,
 }
 
 impl Controller {
@@ -37,7 +37,7 @@ impl Controller {
             delay_ticks,
             every_ticks: delay::every_ticks(engine),
             playout_ticks,
-            losing_policy: delay::policy(engine)
+            lossy_policy: delay::policy(engine)
                 .filter(|policy| *policy == "ZERO" || (*policy == "LIMITED" && playout_ticks == 0)),
         }
     }

@@ -1,6 +1,6 @@
 //! Parameters of the modules of a loaded scheme.
 
-use dimsart_core::{Accepts, Engine, ModuleRef, Value};
+use dimsart_core::{Engine, ModuleRef, ParameterType, Value};
 
 /// Reads a real parameter of a plugged-in module.
 pub(crate) fn real(engine: &mut Engine, module: &str, parameter: &str, axis: u8) -> Option<f64> {
@@ -31,7 +31,7 @@ pub(super) fn choice(engine: &mut Engine, module: ModuleRef, parameter: &str) ->
     };
     let index = engine.kinds().parameter(module.kind, parameter)?;
     match engine.kinds().describe_parameter(module.kind, index)?.accepts {
-        Accepts::Choice(names) => names.get(usize::from(place)).copied(),
+        ParameterType::Choice(names) => names.get(usize::from(place)).copied(),
         _ => None,
     }
 }

@@ -77,15 +77,15 @@ impl Controller {
         spare_cycles: u32,
     ) -> Result<Self, PairError> {
         let device = device.with_limits(&[&[LIMITS]])?.with_output_limits(&[SENSOR_LIMITS])?;
-        let mut dimsart = Box::new(SimulatedDimsart::unconnected());
+        let mut dimsart = Box::new(SimulatedDimsart::without_device());
         dimsart.connect(device, KINDS).map_err(ExperimentError::Storage)?;
         let counter = COUNTER.with(|counter| *counter);
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS, &IDS)));
-        dimsart.engine_mut().set_call_timer(Counter::up(counter), spare_cycles);
+        dimsart.engine_mut().set_call_timer(Counter::counting_up(counter), spare_cycles);
         let commanded = vec![Word(0); dimsart.frame().input_words()];
         let mut controller = Self {
             dimsart,
-            info: DeviceInfo::new("").for_clients(TICK_HZ),
+            info: DeviceInfo::new("").with_client_lease(TICK_HZ),
             clock: Clock { counter, cycles: Vec::new(), called: Vec::new() },
             commanded,
             last_tick: TickResult::Idle,
@@ -209,7 +209,7 @@ impl Controller {
         if self.ticks_to_renewal == 0 {
             self.ticks_to_renewal = RENEWAL_TICKS;
         }
-        self.dimsart.allow_motion(self.info.begin_tick());
+        self.dimsart.set_motion_allowed(self.info.begin_tick());
         self.clock.called.clear();
         let_write(wrong);
         self.last_tick = self.dimsart.tick_observed(measured, &mut self.commanded, &mut self.clock);

@@ -143,8 +143,8 @@ impl End {
 fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
     let mut damaged = bytes.to_vec();
     let most = u32::try_from(8 * bytes.len()).unwrap_or(u32::MAX).saturating_sub(1);
-    for _ in 0..=random.up_to(WRONG_BITS - 1) {
-        let bit = usize::try_from(random.up_to(most)).unwrap_or_default();
+    for _ in 0..=random.uniform_integer(WRONG_BITS - 1) {
+        let bit = usize::try_from(random.uniform_integer(most)).unwrap_or_default();
         if let Some(byte) = damaged.get_mut(bit / 8) {
             *byte ^= 1 << (bit % 8);
         }

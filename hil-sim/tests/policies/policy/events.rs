@@ -1,6 +1,6 @@
 //! Of what is counted and logged.
 
-use dimsart_core::{Command, Reason, TickResult};
+use dimsart_core::{Command, SafetyReason, TickResult};
 use dimsart_link::EventKind;
 
 use crate::moment::Moment;
@@ -55,8 +55,8 @@ pub(super) fn counters_rise(moment: &Moment<'_>) -> Option<bool> {
 
 pub(super) fn counted_once(moment: &Moment<'_>) -> Option<bool> {
     let Moment { before, now, .. } = moment;
-    let is_right = |(reason, ticks): (Reason, u32)| {
-        let more = ticks.checked_sub(before.counts.ticks_with(reason));
+    let is_right = |(reason, ticks): (SafetyReason, u32)| {
+        let more = ticks.checked_sub(before.counts.tick_count(reason));
         if reason.is_limit() {
             matches!(more, Some(0 | 1))
         } else {

@@ -1,7 +1,7 @@
 //! Of what the device gets.
 
 use crate::faulty_pair::LIMITS;
-use dimsart_core::{Reason, TickResult};
+use dimsart_core::{SafetyReason, TickResult};
 
 use crate::moment::Moment;
 
@@ -39,7 +39,7 @@ pub(super) fn within_rate(moment: &Moment<'_>) -> Option<bool> {
 }
 
 pub(super) fn as_commanded(moment: &Moment<'_>) -> Option<bool> {
-    let is_free = moment.now.came == TickResult::Ran && moment.now.reason == Reason::None;
+    let is_free = moment.now.came == TickResult::Ran && moment.now.reason == SafetyReason::None;
     is_free.then(|| forces_n(moment).all(|[_, now_n, commanded_n]| now_n.to_bits() == commanded_n.to_bits()))
 }
 

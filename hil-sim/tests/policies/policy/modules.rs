@@ -30,7 +30,7 @@ pub(super) fn too_long(moment: &Moment<'_>) -> Option<bool> {
 }
 
 fn name_of(kind: KindId) -> &'static str {
-    NAMES.into_iter().find(|name| KindId::of(name) == kind).unwrap_or_default()
+    NAMES.into_iter().find(|name| KindId::from_name(name) == kind).unwrap_or_default()
 }
 
 pub(super) fn stays_out(moment: &Moment<'_>) -> Option<bool> {

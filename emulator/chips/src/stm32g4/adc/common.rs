@@ -1,6 +1,6 @@
 //! Common registers and clock of ADC1 and ADC2 (RM0440, 21.4.3 and 21.8).
 
-use super::super::Part;
+use super::super::ChipModel;
 use super::super::registers::Registers;
 use super::super::violation::Access;
 
@@ -45,7 +45,7 @@ pub(in super::super) struct Common {
 }
 
 impl Common {
-    pub(in super::super) fn new(part: Part) -> Self {
+    pub(in super::super) fn new(part: ChipModel) -> Self {
         Self { registers: Registers::new(part, "ADC_COMMON", "ADC12") }
     }
 

@@ -2,10 +2,10 @@
 
 use cycles::image::Image;
 use cycles::instruction::Width;
-use cycles::processor::{At, Bus as _};
+use cycles::processor::{AccessPoint, Bus as _};
 
-use crate::stm32g4::Wire;
-use crate::{Part, Stm32g4};
+use crate::stm32g4::VoltageSource;
+use crate::{ChipModel, Stm32g4};
 
 const RCC_AHB2ENR: u32 = 0x4002_104C;
 const RCC_APB2ENR: u32 = 0x4002_1060;
@@ -47,7 +47,7 @@ struct Lab {
 impl Lab {
     /// A chip whose ADCs run at a quarter of the bus clock.
     fn new() -> Self {
-        let mut lab = Self { chip: Stm32g4::new(Part::G431cb, &Image::default(), None), now: 1000 };
+        let mut lab = Self { chip: Stm32g4::new(ChipModel::G431cb, &Image::default(), None), now: 1000 };
         lab.write(RCC_AHB2ENR, 0x2003);
         lab.write(RCC_APB2ENR, 0x801);
         lab.chip.clock.change(BUS_HZ, 1000);
@@ -76,12 +76,12 @@ impl Lab {
 
     fn write(&mut self, address: u32, value: u32) {
         self.now += 1;
-        self.chip.store(address, Width::Word, value, At { cycle: self.now, code: 0 }).unwrap();
+        self.chip.store(address, Width::Word, value, AccessPoint { cycle: self.now, code: 0 }).unwrap();
     }
 
     fn read(&mut self, address: u32) -> u32 {
         self.now += 1;
-        self.chip.load(address, Width::Word, At { cycle: self.now, code: 0 }).unwrap()
+        self.chip.load(address, Width::Word, AccessPoint { cycle: self.now, code: 0 }).unwrap()
     }
 
     fn wait(&mut self, cycles: u64) {
@@ -134,7 +134,7 @@ impl Lab {
     }
 
     fn violations(&self) -> Vec<&str> {
-        self.chip.violations().iter().map(|violation| violation.what.as_str()).collect()
+        self.chip.violations().iter().map(|violation| violation.description.as_str()).collect()
     }
 
     fn violates(&self, what: &str) {
@@ -147,8 +147,8 @@ impl Lab {
 }
 
 /// A shunt of the board: channel, voltage while the lower switch is closed.
-fn shunt(channel: u32, low_v: f64) -> Wire {
-    Wire::Shunt { channel, low_v, high_v: 0.5, open_v: 0.25 }
+fn shunt(channel: u32, low_v: f64) -> VoltageSource {
+    VoltageSource::Shunt { channel, low_v, high_v: 0.5, open_v: 0.25 }
 }
 
 #[test]
@@ -208,9 +208,9 @@ fn timer_1_triggers_both_adcs_while_the_lower_switches_are_closed() {
         lab.write(adc + SMPR1, 1 << 9 | 4 << 3 | 4 << 15);
         lab.write(adc + SMPR1 + 4, 1 << 6);
     }
-    lab.chip.wire('A', 2, shunt(0, 1.1));
-    lab.chip.wire('A', 6, shunt(1, 1.2));
-    lab.chip.wire('B', 1, shunt(2, 1.3));
+    lab.chip.connect_voltage_source('A', 2, shunt(0, 1.1));
+    lab.chip.connect_voltage_source('A', 6, shunt(1, 1.2));
+    lab.chip.connect_voltage_source('B', 1, shunt(2, 1.3));
     lab.chip.set_voltage('B', 14, 1.4);
     lab.chip.set_voltage('A', 0, 1.5);
     lab.write(ADC1 + IER, JEOS);
@@ -241,7 +241,7 @@ fn a_shunt_measures_current_only_while_its_lower_switch_is_closed() {
         let mut lab = Lab::ready();
         lab.write(ADC1 + JSQR, 3 << 9 | 1 << 7 | 8 << 2);
         lab.write(ADC1 + SMPR1, 1 << 9);
-        lab.chip.wire('A', 2, shunt(0, 1.0));
+        lab.chip.connect_voltage_source('A', 2, shunt(0, 1.0));
         lab.write(ADC1 + IER, JEOS);
         lab.start_timer([compare, 0, 0, 0]);
         lab.write(TIM1 + 0x04, 2 << 20);

@@ -45,7 +45,7 @@ pub struct Message {
     /// Whether its data is sent at the data bit rate.
     pub switches_rate: bool,
     /// Whether its sender has reported to be error-passive.
-    pub is_from_passive: bool,
+    pub is_sender_error_passive: bool,
     /// Length code, 0 to 15.
     pub code: u8,
     /// Its data.
@@ -82,7 +82,7 @@ impl Message {
             is_remote,
             is_fd,
             switches_rate: is_fd && has(second, BRS) && allows_switch,
-            is_from_passive: has(first, ESI) && is_fd,
+            is_sender_error_passive: has(first, ESI) && is_fd,
             code,
             data: bytes.take(if is_remote { 0 } else { length }).collect(),
         }
@@ -94,7 +94,7 @@ impl Message {
         identifier
             | u32::from(self.is_extended) << XTD
             | u32::from(self.is_remote) << RTR
-            | u32::from(self.is_from_passive) << ESI
+            | u32::from(self.is_sender_error_passive) << ESI
     }
 
     /// Bits of the second word that describe the frame.
@@ -153,7 +153,7 @@ impl Message {
         }
         let head = bits.len();
         if self.is_fd {
-            push(&mut bits, self.is_from_passive.into(), 1);
+            push(&mut bits, self.is_sender_error_passive.into(), 1);
         }
         push(&mut bits, self.code.into(), 4);
         self.data.iter().for_each(|byte| push(&mut bits, u32::from(*byte), 8));

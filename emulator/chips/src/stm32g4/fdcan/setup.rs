@@ -78,7 +78,7 @@ impl Fdcan {
     }
 
     pub(super) fn leave(&mut self) {
-        self.presence = Presence::Out;
+        self.presence = Presence::Initialisation;
         self.passages.clear();
         self.buffers.on_wire = None;
     }
@@ -90,7 +90,7 @@ impl Fdcan {
             return;
         }
         let sequences = if self.errors.is_off() { SEQUENCES_AFTER_BUS_OFF } else { 1 };
-        self.presence = Presence::Joining { sequences, since: access.at.cycle };
+        self.presence = Presence::Integrating { sequences, since: access.at.cycle };
     }
 
     pub(super) fn may_configure(&self) -> bool {

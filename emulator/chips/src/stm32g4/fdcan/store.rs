@@ -43,8 +43,9 @@ impl Fdcan {
     pub(super) fn receive(&mut self, passage: &Passage, ram: &mut Ram<'_>) {
         let message = &passage.message;
         if message.is_fd {
-            self.last_fd =
-                u32::from(message.is_from_passive) << 11 | u32::from(message.switches_rate) << 12 | 1 << 13;
+            self.last_fd = u32::from(message.is_sender_error_passive) << 11
+                | u32::from(message.switches_rate) << 12
+                | 1 << 13;
         }
         let found = filters::look_up(&self.registers, ram, message);
         let stamp = self.timestamp(passage.begins);

@@ -82,7 +82,7 @@ impl Fdcan {
         let word = |word: usize| ram.word(begin + 4 * u32::try_from(word).unwrap_or(0));
         let allows = |bit: u32| self.registers.has(CCCR, bit);
         Message {
-            is_from_passive: self.errors.is_passive() && allows(FDOE) && word(1) >> 21 & 1 == 1,
+            is_sender_error_passive: self.errors.is_passive() && allows(FDOE) && word(1) >> 21 & 1 == 1,
             ..Message::from_words(word, allows(FDOE), allows(BRSE))
         }
     }
@@ -116,8 +116,8 @@ impl Fdcan {
         let place = self.buffers.next(self.is_queue()).filter(|_| self.buffers.on_wire.is_none())?;
         let request = self.buffers.get(place)?;
         let joined = match self.presence {
-            Presence::Out => return None,
-            Presence::Joining { .. } => self.joined_at()?,
+            Presence::Initialisation => return None,
+            Presence::Integrating { .. } => self.joined_at()?,
             Presence::In => 0,
         };
         let since = request.since.max(self.suspended_until).max(joined);
@@ -143,16 +143,16 @@ impl Fdcan {
         if let Some(joined_at) = self.joined_at() {
             if joined_at <= passage.begins {
                 self.enter();
-            } else if let Presence::Joining { sequences, since } = self.presence {
+            } else if let Presence::Integrating { sequences, since } = self.presence {
                 let passed = passage.begins.saturating_sub(since) / self.cycles(IDLE_BITS).max(1);
                 let left = sequences.saturating_sub(u32::try_from(passed).unwrap_or(u32::MAX)).max(1);
-                self.presence = Presence::Joining { sequences: left, since: self.quiet_since(&passage) };
+                self.presence = Presence::Integrating { sequences: left, since: self.quiet_since(&passage) };
             }
         }
         match passage.outcome {
             Outcome::Sent | Outcome::NotSent(_) => self.buffers.on_wire = self.buffers.next(self.is_queue()),
             Outcome::Ignored if self.presence == Presence::In => {
-                self.presence = Presence::Joining { sequences: 1, since: self.quiet_since(&passage) };
+                self.presence = Presence::Integrating { sequences: 1, since: self.quiet_since(&passage) };
             }
             _ => {}
         }

@@ -25,7 +25,7 @@ pub struct I2cDevice {
     /// State and measured values of the device.
     pub state: [u32; 4],
     /// Reaction to an event; returns the answer.
-    pub behaviour: fn(&mut [u32; 4], I2cEvent) -> u32,
+    pub on_event: fn(&mut [u32; 4], I2cEvent) -> u32,
 }
 
 /// An event at a device.
@@ -95,7 +95,7 @@ impl Bus {
     /// Answer of the device at an address; 0 without a device.
     pub(super) fn answer(&mut self, address: u32, event: I2cEvent) -> u32 {
         let device = self.device.as_mut().filter(|device| device.address == address);
-        device.map_or(0, |device| (device.behaviour)(&mut device.state, event))
+        device.map_or(0, |device| (device.on_event)(&mut device.state, event))
     }
 
     /// Counts the clock pulses that the program generates at the pin.

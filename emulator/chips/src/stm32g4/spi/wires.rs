@@ -21,7 +21,7 @@ pub struct SpiDevice {
     /// State and measured values of the device.
     pub state: [u32; 4],
     /// Reaction to an event; returns the sent bits.
-    pub behaviour: fn(&mut [u32; 4], SpiEvent) -> u32,
+    pub on_event: fn(&mut [u32; 4], SpiEvent) -> u32,
 }
 
 /// An event at a device.
@@ -42,7 +42,7 @@ pub enum SpiEvent {
 
 impl SpiDevice {
     pub(super) fn answer(&mut self, event: SpiEvent) -> u32 {
-        (self.behaviour)(&mut self.state, event)
+        (self.on_event)(&mut self.state, event)
     }
 }
 

@@ -97,7 +97,7 @@ impl Timer {
     }
 
     /// Takes the changes of the main output enable since the last call.
-    pub(in super::super) fn take_switched(&mut self) -> Vec<(u64, bool)> {
+    pub(in super::super) fn take_output_enable_changes(&mut self) -> Vec<(u64, bool)> {
         std::mem::take(&mut self.switched)
     }
 

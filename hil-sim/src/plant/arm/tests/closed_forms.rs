@@ -108,7 +108,7 @@ fn a_push_at_the_tip_is_held_by_the_transposed_jacobian() {
         })
         .collect();
     for tick in 0..100 {
-        arm.advance_pushed(f64::from(tick) * PERIOD_S, PERIOD_S, &command, &|tip| {
+        arm.advance_with_tip_force(f64::from(tick) * PERIOD_S, PERIOD_S, &command, &|tip| {
             assert!(tip.time_s < 0.1 + 1e-12);
             push
         });

@@ -1,7 +1,7 @@
 //! No arm makes energy, and none turns mass into force where there is none.
 
 use super::*;
-use crate::plant::coupled::Axes;
+use crate::plant::coupled::AxisValues;
 use dimsart_core::limits::MAX_DOF;
 use proptest::prelude::*;
 
@@ -57,12 +57,16 @@ fn energy_is_kept_through_dry_friction_and_stops() {
 
 /// `(dM/dt - 2 C) q'` made of the bias alone: what Coriolis terms do to the kinetic energy is what the changing mass
 /// matrix does, `q'ᵀ C q' = ½ q'ᵀ (dM/dt) q'`.
-fn coriolis_does_no_work(arm: &Arm, position: &Axes, velocity: &Axes) -> Result<(), TestCaseError> {
+fn coriolis_does_no_work(
+    arm: &Arm,
+    position: &AxisValues,
+    velocity: &AxisValues,
+) -> Result<(), TestCaseError> {
     let step = 1e-4;
     let moved = |share: f64| -> [f64; MAX_DOF] {
         core::array::from_fn(|axis| position[axis] + share * step * velocity[axis])
     };
-    let kinetic_j = |position: &Axes| {
+    let kinetic_j = |position: &AxisValues| {
         let mass = arm.mass_matrix(position);
         let pairs = (0..MAX_DOF).flat_map(|row| (0..MAX_DOF).map(move |column| (row, column)));
         pairs.map(|(row, column)| 0.5 * mass[(row, column)] * velocity[row] * velocity[column]).sum::<f64>()
@@ -86,7 +90,7 @@ proptest! {
         let mut parameters = six();
         parameters.link[sliding].kind = LinkKind::Prismatic;
         let arm = parameters.build().unwrap();
-        let full = |values: [f64; 6]| -> Axes {
+        let full = |values: [f64; 6]| -> AxisValues {
             core::array::from_fn(|axis| values.get(axis).copied().unwrap_or_default())
         };
         let (position, velocity) = (full(position), full(velocity));

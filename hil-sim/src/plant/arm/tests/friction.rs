@@ -43,7 +43,7 @@ fn more_than_friction_holds_is_what_accelerates() {
 #[test]
 fn a_sliding_arm_comes_to_rest_and_stays() {
     let mut arm = rough().build().unwrap();
-    arm.place(&[0.0, 0.4], &[0.5, -2.0]);
+    arm.set_state(&[0.0, 0.4], &[0.5, -2.0]);
     hold(&mut arm, 3000, &[], |_, _| {});
     let rest = arm.axis(0).position;
     close(arm.axis(0).velocity, 0.0, 0.0);

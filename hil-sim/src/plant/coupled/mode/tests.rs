@@ -37,7 +37,7 @@ proptest! {
         coulomb in prop::array::uniform5(prop_oneof![Just(0.0), 0.1..2.0]),
         velocity in prop::array::uniform5(prop_oneof![3 => Just(0.0), 1 => -1.0..1.0]),
     ) {
-        let full = |values: [f64; AXES]| -> Axes {
+        let full = |values: [f64; AXES]| -> AxisValues {
             core::array::from_fn(|axis| values.get(axis).copied().unwrap_or_default())
         };
         let (actuators, mass, net, velocity) = (actuators(coulomb), mass(&roots), full(net), full(velocity));

@@ -95,7 +95,7 @@ fn a_load_that_is_let_go_moves_on_by_itself() {
     hold(&mut joint, 20, 0.0, |_, _| {});
     let velocity = joint.state().velocity;
     assert!(velocity > 0.1, "{velocity}");
-    joint.hold(0.0, 0.0);
+    joint.set_load_spring(0.0, 0.0);
     hold(&mut joint, 100, 0.0, |_, state| assert_eq!(state.velocity.to_bits(), velocity.to_bits()));
     let energy = joint.energy();
     close(energy.stored_j, 0.5 * 0.5 * velocity * velocity, 1e-12);

@@ -22,7 +22,7 @@ const READY_TICKS: u32 = 20;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SynchronisationError {
     /// No packet.
-    Silence,
+    NoPacket,
     /// Packets were refused.
     RejectedPackets,
     /// Stopped by the user.
@@ -34,7 +34,7 @@ pub enum SynchronisationError {
 ///
 /// # Errors
 /// [`SynchronisationError`] if the peer does not respond.
-pub fn meet(
+pub fn synchronise(
     rig: &mut Rig,
     arrival: Option<&ArrivalPoll>,
     wait: Duration,
@@ -57,12 +57,12 @@ pub fn meet(
             return Err(if any(&mut refused) {
                 SynchronisationError::RejectedPackets
             } else {
-                SynchronisationError::Silence
+                SynchronisationError::NoPacket
             });
         }
         // Arrivals in a late tick do not show the peer's beat.
         let next = due + period;
-        let heard = arrival.and_then(|arrival| arrival.arrival_before(next));
+        let heard = arrival.and_then(|arrival| arrival.wait_for_arrival(next));
         if has_answered {
             offsets.push(heard.map(|moment| moment.saturating_duration_since(due)));
         }

@@ -55,7 +55,7 @@ impl fmt::Display for StoredSchemesReport {
 
 /// Timing of the ticks.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct TimingText {
+pub struct TickTimingReport {
     /// Measured ticks.
     pub ticks: u32,
     /// Ticks that started late.
@@ -74,7 +74,7 @@ pub struct TimingText {
     pub limit_cycles: Option<NonZeroU32>,
 }
 
-impl TimingText {
+impl TickTimingReport {
     fn new(found: TimingReport, bound: Option<BoundReport>) -> Self {
         let TimingReport { ticks, late, overruns, last_mean_max_cycles } = found;
         let [last_cycles, mean_cycles, max_cycles] = match last_mean_max_cycles {
@@ -87,7 +87,7 @@ impl TimingText {
     }
 }
 
-impl fmt::Display for TimingText {
+impl fmt::Display for TickTimingReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ticks started late, {} overran", self.late, self.overruns)?;
         if let (Some(last), Some(mean), Some(max)) = (self.last_cycles, self.mean_cycles, self.max_cycles) {
@@ -132,7 +132,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn kept(&mut self) -> Result<Option<StoredSchemesReport>, ConnectError> {
+    pub fn stored_schemes(&mut self) -> Result<Option<StoredSchemesReport>, ConnectError> {
         known(self.schemes(SchemeAction::Read).map(Some))
     }
 
@@ -140,10 +140,10 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn timing(&mut self) -> Result<Option<TimingText>, ConnectError> {
+    pub fn timing(&mut self) -> Result<Option<TickTimingReport>, ConnectError> {
         let Some(timing) = known(self.ask(&Request::Timing, take!(Timing)))? else { return Ok(None) };
         let bound = known(self.ask(&Request::Bound, take!(Bound)))?;
-        Ok(Some(TimingText::new(timing, bound)))
+        Ok(Some(TickTimingReport::new(timing, bound)))
     }
 
     fn schemes(&mut self, action: SchemeAction) -> Result<StoredSchemesReport, ConnectError> {
@@ -210,9 +210,7 @@ impl<S: Read + Write> Device<S> {
 /// Maps the refusal of an older device, or of a device without storage, to `None`.
 pub(super) fn known<T>(answer: Result<Option<T>, ConnectError>) -> Result<Option<T>, ConnectError> {
     match answer {
-        Err(ConnectError::Refused(Refusal::NotUnderstood | Refusal::Store(StoreError::NoStorage))) => {
-            Ok(None)
-        }
+        Err(ConnectError::Refused(Refusal::Unsupported | Refusal::Store(StoreError::NoStorage))) => Ok(None),
         answer => answer,
     }
 }

@@ -1,31 +1,31 @@
 //! Sanitises text from a device, image, recording or network peer: replaces characters that a terminal or scheme
 //! would interpret.
 //!
-//! Every reader of such text calls [`visible`] or [`visible_word`] at its entry.
+//! Every reader of such text calls [`escape_line`] or [`escape_word`] at its entry.
 
 use std::borrow::Cow;
 
 /// Returns text on one line: control characters, changes of text direction and invisible characters become `?`.
 #[must_use]
-pub fn visible(text: &str) -> String {
+pub fn escape_line(text: &str) -> String {
     replaced(text, is_hidden)
 }
 
-/// Like [`visible`], for a name in schemes, where whitespace and `#` are separators.
+/// Like [`escape_line`], for a name in schemes, where whitespace and `#` are separators.
 #[must_use]
-pub fn visible_word(text: &str) -> String {
-    replaced(text, ends_word)
+pub fn escape_word(text: &str) -> String {
+    replaced(text, is_word_delimiter)
 }
 
-/// Like [`visible`], for several lines, such as a scheme: keeps whitespace, newlines and a byte order mark.
+/// Like [`escape_line`], for several lines, such as a scheme: keeps whitespace, newlines and a byte order mark.
 #[must_use]
-pub fn visible_lines(text: &str) -> String {
+pub fn escape_lines(text: &str) -> String {
     replaced(text, |found| is_hidden(found) && !['\n', '\r', '\t', '\u{feff}'].contains(&found))
 }
 
 /// Shortens a long text for a message.
 #[must_use]
-pub fn shortened(text: &str, max_chars: usize) -> Cow<'_, str> {
+pub fn truncate(text: &str, max_chars: usize) -> Cow<'_, str> {
     match text.char_indices().nth(max_chars) {
         Some((end, _)) => Cow::Owned(format!("{}…", text.get(..end).unwrap_or_default())),
         None => Cow::Borrowed(text),
@@ -38,7 +38,7 @@ fn replaced(text: &str, is_replaced: impl Fn(char) -> bool) -> String {
 
 /// Whether a character is not allowed in a word of a scheme.
 #[must_use]
-pub fn ends_word(found: char) -> bool {
+pub fn is_word_delimiter(found: char) -> bool {
     is_hidden(found) || found.is_whitespace() || found == '#'
 }
 
@@ -75,9 +75,9 @@ mod tests {
 
     #[test]
     fn hidden_characters_are_replaced_and_others_kept() {
-        assert_eq!(visible("\x1b[2J\r\n\u{202e}a\u{200b}b\u{e0041}\u{85}"), "?[2J???a?b??");
-        assert_eq!(visible("N·m/rad, Ω µ 軸 — # "), "N·m/rad, Ω µ 軸 — # ");
-        assert_eq!(visible_word("MOD ENG#\u{a0}X"), "MOD?ENG??X");
-        assert_eq!(visible_lines("all\tA\r\nb\x1b"), "all\tA\r\nb?");
+        assert_eq!(escape_line("\x1b[2J\r\n\u{202e}a\u{200b}b\u{e0041}\u{85}"), "?[2J???a?b??");
+        assert_eq!(escape_line("N·m/rad, Ω µ 軸 — # "), "N·m/rad, Ω µ 軸 — # ");
+        assert_eq!(escape_word("MOD ENG#\u{a0}X"), "MOD?ENG??X");
+        assert_eq!(escape_lines("all\tA\r\nb\x1b"), "all\tA\r\nb?");
     }
 }

@@ -10,7 +10,7 @@ use serde_json::Value;
 #[derive(Debug)]
 pub(super) enum Told {
     /// Why the line to the device is closed; `None` when it is open.
-    Gone(Option<String>),
+    Disconnected(Option<String>),
     Status(Status),
     Faults(Faults),
     Overview(Overview),
@@ -122,7 +122,7 @@ impl Told {
         }
         let Message { kind, content } = serde_json::from_str(text).ok()?;
         Some(match kind.as_str() {
-            "gone" => Self::Gone(read(content)?),
+            "gone" => Self::Disconnected(read(content)?),
             "status" => Self::Status(read(content)?),
             "faults" => Self::Faults(read(content)?),
             "overview" => Self::Overview(read(content)?),

@@ -7,12 +7,12 @@ use super::map::{I2CS, PORTS, SPIS};
 use super::spi::{Chip, SpiDevice};
 use super::timer::{GateDriver, Pulses, Timer};
 use super::usart::Usart;
-use super::{Stm32g4, Wire};
+use super::{Stm32g4, VoltageSource};
 
 impl Stm32g4 {
     /// Alternate functions that are selected at pins, such as `TIM1_CH1`.
     #[must_use]
-    pub fn connected(&self) -> Vec<&'static str> {
+    pub fn alternate_functions(&self) -> Vec<&'static str> {
         self.ports.iter().flat_map(Gpio::connected).collect()
     }
 
@@ -33,13 +33,13 @@ impl Stm32g4 {
     }
 
     /// Connects a voltage source to a pin, for ADCs and amplifiers.
-    pub fn wire(&mut self, port: char, pin: u32, wire: Wire) {
+    pub fn connect_voltage_source(&mut self, port: char, pin: u32, wire: VoltageSource) {
         self.wires.insert((port, pin), wire);
     }
 
     /// Sets the external voltage at a pin.
     pub fn set_voltage(&mut self, port: char, pin: u32, volts: f64) {
-        self.wire(port, pin, Wire::At(volts));
+        self.connect_voltage_source(port, pin, VoltageSource::Constant(volts));
     }
 
     /// Sets the gate driver between timer 1 and the bridge. By default, every high level closes a switch.
@@ -48,7 +48,7 @@ impl Stm32g4 {
     }
 
     /// Connects a device to an SPI, selected by a low level at a pin; `None` disconnects the device.
-    pub fn wire_spi(&mut self, name: &str, select: (char, u32), device: Option<SpiDevice>) {
+    pub fn connect_spi(&mut self, name: &str, select: (char, u32), device: Option<SpiDevice>) {
         if let Some(spi) = self.spi(name) {
             spi.wire(device.map(|device| Chip::new(device, select)));
         }
@@ -65,7 +65,7 @@ impl Stm32g4 {
     }
 
     /// Connects a device to an I²C; `None` disconnects the device.
-    pub fn wire_i2c(&mut self, name: &str, device: Option<I2cDevice>) {
+    pub fn connect_i2c(&mut self, name: &str, device: Option<I2cDevice>) {
         if let Some(i2c) = self.i2c(name) {
             i2c.bus().device = device;
         }
@@ -82,7 +82,7 @@ impl Stm32g4 {
     }
 
     /// Holds the data line of an I²C low, or releases it.
-    pub fn hold_i2c(&mut self, name: &str, is_held: bool) {
+    pub fn hold_sda_low(&mut self, name: &str, is_held: bool) {
         if let Some(i2c) = self.i2c(name) {
             i2c.bus().is_stuck = is_held;
         }
@@ -100,7 +100,7 @@ impl Stm32g4 {
     #[must_use]
     pub fn pulses(&self) -> Option<Pulses> {
         let timer = self.timers.first()?;
-        let connected = self.connected();
+        let connected = self.alternate_functions();
         let has = |name: &&str| connected.contains(name);
         let (high, low) = (["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"], ["TIM1_CH1N", "TIM1_CH2N", "TIM1_CH3N"]);
         // A gate driver that generates the low sides itself has no pins for them, whatever the timer outputs
@@ -113,25 +113,25 @@ impl Stm32g4 {
     /// Next cycle in the middle of the on time of timer 1's lower switches; `None` unless the timer counts up
     /// and down.
     #[must_use]
-    pub fn next_middle(&self) -> Option<u64> {
+    pub fn next_low_side_midpoint(&self) -> Option<u64> {
         self.timers.first()?.next_top()
     }
 
     /// Takes the changes of timer 1's main output enable (`MOE`) since the last call: cycle, whether it is
     /// set.
-    pub fn take_switched(&mut self) -> Vec<(u64, bool)> {
-        self.timers.first_mut().map(Timer::take_switched).unwrap_or_default()
+    pub fn take_output_enable_changes(&mut self) -> Vec<(u64, bool)> {
+        self.timers.first_mut().map(Timer::take_output_enable_changes).unwrap_or_default()
     }
 
     /// Takes the minimum and maximum cycles from the end of an injected sequence of ADC1 until its flag is
     /// cleared, since the last call.
-    pub fn take_answer_cycles(&mut self) -> Option<(u64, u64)> {
-        self.adcs[0].take_answer_cycles()
+    pub fn take_response_cycles(&mut self) -> Option<(u64, u64)> {
+        self.adcs[0].take_response_cycles()
     }
 
     /// Turns the shaft of an encoder at a timer's channels 1 and 2 by this number of counts.
-    pub fn turn(&mut self, timer: u32, counts: i64) {
-        let connected = self.connected();
+    pub fn turn_encoder(&mut self, timer: u32, counts: i64) {
+        let connected = self.alternate_functions();
         let is_connected = [1, 2].iter().all(|channel| {
             let name = format!("TIM{timer}_CH{channel}");
             connected.iter().any(|connected| **connected == *name)
@@ -144,7 +144,7 @@ impl Stm32g4 {
     /// Sends bytes to a UART from cycle `now`. The bytes are lost if its pin is not connected.
     pub fn receive(&mut self, uart: &str, bytes: &[u8], now: u64) {
         let pin = format!("{uart}_RX");
-        if self.connected().iter().any(|name| **name == *pin)
+        if self.alternate_functions().iter().any(|name| **name == *pin)
             && let Some(uart) = self.usart(uart)
         {
             uart.receive(bytes, now);
@@ -159,7 +159,7 @@ impl Stm32g4 {
     /// Takes the bytes that a UART has sent since the last call, each with the cycle of its end.
     pub fn take_sent(&mut self, uart: &str) -> Vec<(u64, u8)> {
         let pin = format!("{uart}_TX");
-        let is_connected = self.connected().iter().any(|name| **name == *pin);
+        let is_connected = self.alternate_functions().iter().any(|name| **name == *pin);
         let sent = self.usart(uart).map(Usart::take_sent).unwrap_or_default();
         if is_connected { sent } else { Vec::new() }
     }
@@ -176,7 +176,7 @@ impl Stm32g4 {
     }
 
     /// Sets the serial number, which distinguishes nodes without a channel.
-    pub fn set_serial(&mut self, serial: [u8; 12]) {
+    pub fn set_serial_number(&mut self, serial: [u8; 12]) {
         self.memory.serial = serial;
     }
 

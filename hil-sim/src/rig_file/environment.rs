@@ -98,7 +98,7 @@ impl AxisWall {
 
     /// Penetration depth of a position, >= 0.
     #[must_use]
-    pub fn depth(&self, position: f64) -> f64 {
+    pub fn penetration_depth(&self, position: f64) -> f64 {
         let beyond = position - self.position;
         match self.solid {
             WallSide::Above => beyond.max(0.0),
@@ -108,7 +108,7 @@ impl AxisWall {
 
     /// Force of the wall, which pushes only.
     pub(super) fn force(&self, position: f64, velocity: f64) -> f64 {
-        let depth = self.depth(position);
+        let depth = self.penetration_depth(position);
         if depth <= 0.0 {
             return 0.0;
         }

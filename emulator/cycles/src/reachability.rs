@@ -2,13 +2,13 @@
 
 use std::collections::BTreeSet;
 
-use crate::declared::{Declared, Name};
+use crate::declarations::{CallDeclarations, NamePattern};
 use crate::graph::{Graph, GraphError};
 use crate::image::Image;
 
 /// The reached code.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reached {
+pub struct ReachableCode {
     /// Names of the reached functions, in order of their addresses.
     pub functions: Vec<String>,
     /// Start addresses of these functions and of their outlined pieces.
@@ -52,16 +52,21 @@ pub enum ReachError {
 ///
 /// # Errors
 /// [`ReachError`], with the path to the first violation.
-pub fn only(image: &Image, declared: &Declared, root: &str, allowed: &[Name]) -> Result<Reached, ReachError> {
+pub fn check_reachable(
+    image: &Image,
+    declared: &CallDeclarations,
+    root: &str,
+    allowed: &[NamePattern],
+) -> Result<ReachableCode, ReachError> {
     let graph = Graph::new(image, declared);
     let begin = image.function(root).ok_or_else(|| ReachError::NoRoot { name: root.to_owned() })?.address;
     let reached = graph.reached(begin)?;
     // The calls on the path, and the last function.
     let path = |last: u32| {
-        let mut path = vec![image.place(last)];
+        let mut path = vec![image.location(last)];
         let mut function = last;
         while let Some((caller, edge)) = reached.get(&function).copied().flatten() {
-            path.push(image.place(edge.at));
+            path.push(image.location(edge.at));
             function = caller;
         }
         path.reverse();
@@ -78,12 +83,12 @@ pub fn only(image: &Image, declared: &Declared, root: &str, allowed: &[Name]) ->
         let frame = graph.frames.of(address).map_err(GraphError::from)?;
         if let Some(trap) = frame.traps.first() {
             let mut path = path(address);
-            path.push(image.place(*trap));
+            path.push(image.location(*trap));
             return Err(ReachError::Trap { path });
         }
         square_roots += frame.square_roots.len();
-        functions.push(image.place(address));
-        addresses.extend(frame.pieces.iter().copied().chain([address]));
+        functions.push(image.location(address));
+        addresses.extend(frame.outlined_pieces.iter().copied().chain([address]));
     }
-    Ok(Reached { functions, addresses, square_roots })
+    Ok(ReachableCode { functions, addresses, square_roots })
 }

@@ -23,26 +23,26 @@ use crate::image::Function;
 
 /// A parsed declaration text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Declared {
+pub struct CallDeclarations {
     /// Calls through pointers.
     pub callers: Vec<Caller>,
     /// Functions with the maximum number of times that they can be on the stack, in total per name.
-    pub nesting: Vec<(u32, Name)>,
+    pub nesting: Vec<(u32, NamePattern)>,
     /// Functions that only non-maskable exceptions can interrupt and that never return.
-    pub last: Vec<Name>,
+    pub last: Vec<NamePattern>,
     /// Interrupt handlers that do nothing while the program is in one of the early functions.
-    pub late: Vec<Name>,
+    pub late: Vec<NamePattern>,
     /// Functions that the program never executes again after a late handler first does something.
-    pub early: Vec<Name>,
+    pub early: Vec<NamePattern>,
 }
 
 /// A function that calls through pointers.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Caller {
     /// Name of the function.
-    pub name: Name,
+    pub name: NamePattern,
     /// The interrupt handler from which the function is called, if the declaration is limited to these calls.
-    pub from: Option<Name>,
+    pub from: Option<NamePattern>,
     /// Possible callees.
     pub callees: Vec<Callee>,
 }
@@ -51,35 +51,35 @@ pub struct Caller {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Callee {
     /// Name of the function.
-    pub name: Name,
+    pub name: NamePattern,
     /// Whether the image may lack it.
     pub is_optional: bool,
     /// A function that the callee calls directly or indirectly (true) or does not call (false).
-    pub reaching: Option<(bool, Name)>,
+    pub reaching: Option<(bool, NamePattern)>,
 }
 
 /// A function name pattern; `*` matches any text.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Name(String);
+pub struct NamePattern(String);
 
 /// Syntax error in a declaration text.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {problem}")]
-pub struct DeclaredError {
+pub struct DeclarationError {
     line: usize,
     problem: &'static str,
 }
 
-impl Declared {
+impl CallDeclarations {
     /// Parses a declaration text.
     ///
     /// # Errors
-    /// [`DeclaredError`].
-    pub fn read(text: &str) -> Result<Self, DeclaredError> {
+    /// [`DeclarationError`].
+    pub fn read(text: &str) -> Result<Self, DeclarationError> {
         let mut declared = Self::default();
         let mut line_of_caller = 0;
         for (line, text) in (1..).zip(text.lines()) {
-            let error = |problem| DeclaredError { line, problem };
+            let error = |problem| DeclarationError { line, problem };
             let words = text.trim();
             if words.is_empty() || words.starts_with('#') {
                 continue;
@@ -91,21 +91,21 @@ impl Declared {
             } else if let Some(rest) = words.strip_prefix("at most ") {
                 let (times, name) = rest.split_once(' ').ok_or(error("expected `at most N NAME`"))?;
                 let times = times.parse().map_err(|_| error("expected `at most N NAME`"))?;
-                declared.nesting.push((times, Name::new(name)));
+                declared.nesting.push((times, NamePattern::new(name)));
             } else if let Some(name) = words.strip_prefix("last ") {
-                declared.last.push(Name::new(name));
+                declared.last.push(NamePattern::new(name));
             } else if let Some(name) = words.strip_prefix("late ") {
-                declared.late.push(Name::new(name));
+                declared.late.push(NamePattern::new(name));
             } else if let Some(name) = words.strip_prefix("early ") {
-                declared.early.push(Name::new(name));
+                declared.early.push(NamePattern::new(name));
             } else {
                 let (name, from) = match words.split_once(" from ") {
-                    Some((name, from)) => (name, Some(Name::new(from))),
+                    Some((name, from)) => (name, Some(NamePattern::new(from))),
                     None => (words, None),
                 };
                 declared.has_callees(line_of_caller)?;
                 line_of_caller = line;
-                declared.callers.push(Caller { name: Name::new(name), from, callees: Vec::new() });
+                declared.callers.push(Caller { name: NamePattern::new(name), from, callees: Vec::new() });
             }
         }
         declared.has_callees(line_of_caller)?;
@@ -113,10 +113,10 @@ impl Declared {
     }
 
     /// Rejects a last caller without callees: it would count as a function without calls.
-    fn has_callees(&self, line: usize) -> Result<(), DeclaredError> {
+    fn has_callees(&self, line: usize) -> Result<(), DeclarationError> {
         let is_empty = self.callers.last().is_some_and(|caller| caller.callees.is_empty());
         let problem = "caller without callees: list them indented below it";
-        if is_empty { Err(DeclaredError { line, problem }) } else { Ok(()) }
+        if is_empty { Err(DeclarationError { line, problem }) } else { Ok(()) }
     }
 }
 
@@ -125,15 +125,15 @@ impl Callee {
         let (is_optional, words) = words.strip_prefix("if any ").map_or((false, words), |rest| (true, rest));
         let split = |mark| words.split_once(mark);
         let (name, reaching) = match (split(" not reaching "), split(" reaching ")) {
-            (Some((name, other)), _) => (name, Some((false, Name::new(other)))),
-            (None, Some((name, other))) => (name, Some((true, Name::new(other)))),
+            (Some((name, other)), _) => (name, Some((false, NamePattern::new(other)))),
+            (None, Some((name, other))) => (name, Some((true, NamePattern::new(other)))),
             (None, None) => (words, None),
         };
-        Self { name: Name::new(name), is_optional, reaching }
+        Self { name: NamePattern::new(name), is_optional, reaching }
     }
 }
 
-impl Name {
+impl NamePattern {
     /// Creates a pattern from its text.
     #[must_use]
     pub fn new(text: &str) -> Self {
@@ -142,7 +142,7 @@ impl Name {
 
     /// Whether a name of the function matches.
     #[must_use]
-    pub fn is_of(&self, function: &Function) -> bool {
+    pub fn matches(&self, function: &Function) -> bool {
         function.names.iter().any(|name| self.fits(name))
     }
 
@@ -158,7 +158,7 @@ impl Name {
     }
 }
 
-impl core::fmt::Display for Name {
+impl core::fmt::Display for NamePattern {
     fn fmt(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         formatter.write_str(&self.0)
     }
@@ -166,28 +166,28 @@ impl core::fmt::Display for Name {
 
 #[cfg(test)]
 mod tests {
-    use super::{Callee, Declared, Name};
+    use super::{CallDeclarations, Callee, NamePattern};
 
     #[test]
     fn a_text_declares_callers_callees_and_nesting() {
         let text = "# why\na::* from H\n    b reaching tick\n    b not reaching tick\n\nat most 2 panic\nc\n    if any d\n";
-        let declared = Declared::read(text).unwrap();
-        assert_eq!(declared.nesting, [(2, Name::new("panic"))]);
+        let declared = CallDeclarations::read(text).unwrap();
+        assert_eq!(declared.nesting, [(2, NamePattern::new("panic"))]);
         let [a, c] = &declared.callers[..] else { panic!("two callers") };
-        assert_eq!((&a.name, &a.from), (&Name::new("a::*"), &Some(Name::new("H"))));
+        assert_eq!((&a.name, &a.from), (&NamePattern::new("a::*"), &Some(NamePattern::new("H"))));
         let b = |reaches| Callee {
-            name: Name::new("b"),
+            name: NamePattern::new("b"),
             is_optional: false,
-            reaching: Some((reaches, Name::new("tick"))),
+            reaching: Some((reaches, NamePattern::new("tick"))),
         };
         assert_eq!(a.callees, [b(true), b(false)]);
-        let d = Callee { name: Name::new("d"), is_optional: true, reaching: None };
+        let d = Callee { name: NamePattern::new("d"), is_optional: true, reaching: None };
         assert_eq!((&c.from, &c.callees[..]), (&None, &[d][..]));
     }
 
     #[test]
     fn a_syntax_error_names_its_line() {
-        let error = |text| Declared::read(text).unwrap_err().to_string();
+        let error = |text| CallDeclarations::read(text).unwrap_err().to_string();
         assert!(error("\n    callee").starts_with("line 2: "));
         assert!(error("at most two f").starts_with("line 1: "));
         // Otherwise it would count as a function without calls.
@@ -197,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_star_matches_any_text() {
-        let fits = |pattern: &str, name| Name::new(pattern).fits(name);
+        let fits = |pattern: &str, name| NamePattern::new(pattern).fits(name);
         assert!(fits("a::b", "a::b") && !fits("a::b", "a::bc"));
         assert!(fits("a::*", "a::b::c") && !fits("a::*", "b::a::c"));
         assert!(fits("*::c", "a::c") && !fits("*::c", "a::cd"));
