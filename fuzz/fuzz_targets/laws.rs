@@ -4,7 +4,7 @@
 
 use std::cell::RefCell;
 
-use dimsart_core::online::{CURRENT_AXIS, Header, Instruction, LawParameter, Opcode, Program, seal};
+use dimsart_core::online::{CURRENT_AXIS, Header, Instruction, LawParameter, Opcode, Program, program_crc};
 use dimsart_core::{Command, CommandError, Dimsart, ModuleRef, TickResult, Unit, Value, Word, types};
 use dimsart_fuzz::{arm, controller};
 use dimsart_modules::ALL;
@@ -53,7 +53,7 @@ fn whole() -> Vec<u32> {
     words.push(0.75_f32.to_bits());
     words.extend(once.iter().chain(&begin).chain(&tick));
     words.push(u32::from_le_bytes(*b"ANY\0"));
-    words.push(seal(&words));
+    words.push(program_crc(&words));
     assert!(Program::verify(&words).is_ok());
     words
 }
@@ -69,7 +69,7 @@ fn keep(dimsart: &mut Dimsart, words: &[u32]) -> Result<(), CommandError> {
 /// Appends a valid CRC, which a fuzzer does not find by chance.
 fn sealed(mut words: Vec<u32>) -> Vec<u32> {
     if let Some(crc) = words.pop() {
-        words.push(seal(&words) ^ u32::from(crc == u32::MAX));
+        words.push(program_crc(&words) ^ u32::from(crc == u32::MAX));
     }
     words
 }
