@@ -56,7 +56,7 @@ extern "C" fn start(drive: &mut MaybeUninit<Drive>, configuration: &Configuratio
 #[inline(never)]
 extern "C" fn step(drive: &mut Drive, given: &Given, duties: &mut [f32; 3]) -> u32 {
     let Given { phase_a, bus_v, temperature_c, torque_nm, angle, has_angle, has_torque } = *given;
-    let rotor = if has_angle != 0 { Rotor::At(Angle(angle)) } else { Rotor::Lost };
+    let rotor = if has_angle != 0 { Rotor::Angle(Angle(angle)) } else { Rotor::Lost };
     let sample = Sample { phase_a, bus_v, temperature_c, rotor };
     match drive.step(&sample, (has_torque != 0).then_some(torque_nm)) {
         Some(found) => {

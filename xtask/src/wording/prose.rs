@@ -7,8 +7,8 @@ pub(super) fn files() -> Result<Vec<String>, String> {
     let listed = command("git", ["ls-files"]).output().map_err(|error| format!("cannot run git: {error}"))?;
     let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
     let endings = [".md", ".rs", ".js", ".html", ".toml", ".scheme"];
-    // Texts for users and readers of the code: not of tests.
-    let not_checked = ["tests/", "tests.rs", "examples/", "xtask/src/wording"];
+    // Texts for users and readers of the code: neither tests nor libraries.
+    let not_checked = ["tests/", "tests.rs", ".min.js", "examples/", "xtask/src/wording"];
     let is_checked = |path: &&str| {
         endings.iter().any(|ending| path.ends_with(ending))
             && !not_checked.iter().any(|part| path.contains(part))

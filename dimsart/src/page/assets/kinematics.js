@@ -105,7 +105,7 @@ function gantry(count) {
 
 const SPACING_M = 0.3, BAR_M = 0.12;
 
-/** Independent joints beside each other: body 2n is the base of axis n, body 2n + 1 moves. */
+/** Independent joints next to each other: body 2n is the base of axis n, body 2n + 1 moves. */
 function joints(axis) {
   const isRotary = ({ unit }) => unit === "rad";
   return {

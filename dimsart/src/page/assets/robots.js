@@ -1,4 +1,4 @@
-// The 3D view of all devices of the page, beside each other.
+// The 3D view of all devices of the page, next to each other.
 
 import {
   Box3, Color, GridHelper, Group, HemisphereLight, DirectionalLight, OrbitControls, PerspectiveCamera, Plane, Raycaster, Scene, Sphere, Vector2, Vector3,
