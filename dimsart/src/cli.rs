@@ -34,6 +34,7 @@ mod station;
 mod summary;
 mod sweep;
 mod top;
+mod view;
 
 use std::error::Error;
 use std::io::{self, ErrorKind, Write};
@@ -101,6 +102,7 @@ enum Command {
     Stamp(stamp::Stamp),
     Sweep(sweep::Sweep),
     Top(top::Top),
+    View(view::View),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -156,6 +158,7 @@ pub fn main(kinds: ModuleKinds) -> ExitCode {
         Command::Stamp(stamp) => stamp.execute(kinds, &mut out),
         Command::Sweep(sweep) => sweep.execute(kinds, &mut out),
         Command::Top(top) => top.execute(kinds),
+        Command::View(view) => view.execute(kinds, &mut out),
         Command::Completions(completions) => completions.execute(&mut out),
         Command::Man(man) => man.execute(&mut out),
     };

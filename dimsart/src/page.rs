@@ -15,6 +15,7 @@ mod client;
 mod connections;
 pub(crate) mod news;
 mod page_device;
+mod recorded;
 pub(crate) mod station;
 mod token;
 
@@ -24,28 +25,35 @@ use std::sync::Arc;
 use std::thread;
 
 use axum::Router;
-use axum::extract::{ConnectInfo, Query, Request, State, WebSocketUpgrade};
+use axum::body::Bytes;
+use axum::extract::{ConnectInfo, DefaultBodyLimit, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
-use axum::routing::get;
+use axum::routing::{get, post};
 use serde::Deserialize;
 
 use connections::{Connections, HasSocket};
 pub use page_device::{OpenLine, ReferenceOverrideFn};
+pub use recorded::Recording;
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.
-const ASSETS: [(&str, &str, &str); 22] = [
+const ASSETS: [(&str, &str, &str); 31] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/adding.js", "text/javascript", include_str!("page/assets/adding.js")),
+    ("/cursors.js", "text/javascript", include_str!("page/assets/cursors.js")),
     ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
     ("/dom.js", "text/javascript", include_str!("page/assets/dom.js")),
+    ("/export.js", "text/javascript", include_str!("page/assets/export.js")),
     ("/fourier.js", "text/javascript", include_str!("page/assets/fourier.js")),
     ("/kinematics.js", "text/javascript", include_str!("page/assets/kinematics.js")),
+    ("/layouts.js", "text/javascript", include_str!("page/assets/layouts.js")),
+    ("/math.js", "text/javascript", include_str!("page/assets/math.js")),
     ("/modules.js", "text/javascript", include_str!("page/assets/modules.js")),
     ("/pending.js", "text/javascript", include_str!("page/assets/pending.js")),
+    ("/plots.js", "text/javascript", include_str!("page/assets/plots.js")),
     ("/recording.js", "text/javascript", include_str!("page/assets/recording.js")),
     ("/ring.js", "text/javascript", include_str!("page/assets/ring.js")),
     ("/robot.js", "text/javascript", include_str!("page/assets/robot.js")),
@@ -54,16 +62,22 @@ const ASSETS: [(&str, &str, &str); 22] = [
     ("/scheme.js", "text/javascript", include_str!("page/assets/scheme.js")),
     ("/scope.js", "text/javascript", include_str!("page/assets/scope.js")),
     ("/sending.js", "text/javascript", include_str!("page/assets/sending.js")),
+    ("/signal_list.js", "text/javascript", include_str!("page/assets/signal_list.js")),
+    ("/sources.js", "text/javascript", include_str!("page/assets/sources.js")),
+    ("/step_figures.js", "text/javascript", include_str!("page/assets/step_figures.js")),
     ("/three.js", "text/javascript", include_str!("page/assets/three.min.js")),
     ("/trigger.js", "text/javascript", include_str!("page/assets/trigger.js")),
     ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),
     ("/uplot.js", "text/javascript", include_str!("page/assets/uPlot.iife.min.js")),
+    ("/view.js", "text/javascript", include_str!("page/assets/view.js")),
     ("/xy.js", "text/javascript", include_str!("page/assets/xy.js")),
 ];
 const INDEX: &str = include_str!("page/assets/index.html");
 /// The page loads no content from other hosts.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:";
 
+/// Maximum size of a loaded or exported recording.
+const MAX_RECORDING_BYTES: usize = 512 * 1024 * 1024;
 /// Maximum length of a browser's message, such as the rows of a scheme.
 const MAX_MESSAGE_BYTES: usize = 64 * 1024;
 
@@ -80,6 +94,7 @@ struct Site {
     token: String,
     port: u16,
     stations: Vec<Station>,
+    recordings: Vec<Recording>,
 }
 
 impl Page {
@@ -96,10 +111,22 @@ impl Page {
     /// # Errors
     /// An error of the system.
     pub fn serve(stations: Vec<Station>, listener: TcpListener) -> io::Result<Self> {
+        Self::start(stations, Vec::new(), listener)
+    }
+
+    /// Serves the scope of recordings on a [listener](Self::listen): the first is shown, the others are compared with it.
+    ///
+    /// # Errors
+    /// An error of the system.
+    pub fn view(recordings: Vec<Recording>, listener: TcpListener) -> io::Result<Self> {
+        Self::start(Vec::new(), recordings, listener)
+    }
+
+    fn start(stations: Vec<Station>, recordings: Vec<Recording>, listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         let token = token::token()?;
-        let site = Arc::new(Site { token, port: address.port(), stations });
+        let site = Arc::new(Site { token, port: address.port(), stations, recordings });
         let served = Arc::clone(&site);
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         thread::spawn(move || {
@@ -126,7 +153,14 @@ impl Page {
 }
 
 fn router(site: Arc<Site>) -> Router {
-    let mut router = Router::new().route("/", get(index)).route("/socket", get(socket));
+    let mut router = Router::new()
+        .route("/", get(index))
+        .route("/socket", get(socket))
+        .route("/recorded", get(recorded))
+        .route("/replayed", get(replayed))
+        .route("/recording", post(load_recording))
+        .route("/export", post(export))
+        .layer(DefaultBodyLimit::max(MAX_RECORDING_BYTES));
     for (path, kind, content) in ASSETS {
         router = router.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }));
     }
@@ -151,6 +185,9 @@ async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> R
 #[derive(Deserialize)]
 struct Entry {
     token: Option<String>,
+    /// Number of a recording.
+    #[serde(default)]
+    number: usize,
 }
 
 async fn index(State(site): State<Arc<Site>>, Query(entry): Query<Entry>) -> Response {
@@ -178,7 +215,66 @@ async fn socket(
     }
     has_socket.set();
     let upgrade = upgrade.max_message_size(MAX_MESSAGE_BYTES);
-    upgrade.on_upgrade(move |socket| async move { client::talk(socket, &site.stations).await })
+    upgrade
+        .on_upgrade(move |socket| async move { client::talk(socket, &site.stations, &site.recordings).await })
+}
+
+/// Sends the signals of a recording that the page shows.
+async fn recorded(State(site): State<Arc<Site>>, Query(entry): Query<Entry>) -> Response {
+    match (site.lets_in(&entry), site.recordings.get(entry.number)) {
+        (false, _) => no_token(),
+        (true, Some(recording)) => binary(recording.bytes.to_vec()),
+        (true, None) => (StatusCode::NOT_FOUND, "unknown recording: reload the page").into_response(),
+    }
+}
+
+/// Sends the result of a recording's replay; status 202 until it is finished.
+async fn replayed(State(site): State<Arc<Site>>, Query(entry): Query<Entry>) -> Response {
+    if !site.lets_in(&entry) {
+        return no_token();
+    }
+    let replayed = site.recordings.get(entry.number).and_then(|recording| recording.replayed.get());
+    match replayed.map(serde_json::to_string) {
+        Some(Ok(json)) => json.into_response(),
+        _ => StatusCode::ACCEPTED.into_response(),
+    }
+}
+
+/// Reads an uploaded recording, and sends its signals.
+async fn load_recording(
+    State(site): State<Arc<Site>>,
+    Query(entry): Query<Entry>,
+    content: Bytes,
+) -> Response {
+    if !site.lets_in(&entry) {
+        return no_token();
+    }
+    // A STOP must not wait for a large file.
+    match tokio::task::spawn_blocking(move || recorded::load(&content)).await {
+        Ok(Ok(bytes)) => binary(bytes),
+        Ok(Err(reason)) => (StatusCode::BAD_REQUEST, reason).into_response(),
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+    }
+}
+
+/// Writes signals of the page as MCAP.
+async fn export(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, content: Bytes) -> Response {
+    if !site.lets_in(&entry) {
+        return no_token();
+    }
+    let write = move || {
+        let export: recorded::Export = serde_json::from_slice(&content).map_err(io::Error::other)?;
+        export.mcap()
+    };
+    match tokio::task::spawn_blocking(write).await {
+        Ok(Ok(bytes)) => binary(bytes),
+        Ok(Err(error)) => (StatusCode::BAD_REQUEST, error.to_string()).into_response(),
+        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
+    }
+}
+
+fn binary(bytes: Vec<u8>) -> Response {
+    ([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response()
 }
 
 fn no_token() -> Response {

@@ -12,6 +12,7 @@ mod divergence;
 mod error;
 mod layout;
 mod records;
+mod signals;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -23,6 +24,7 @@ use serde::Serialize;
 pub use device::DeviceDescription;
 pub use divergence::Divergence;
 pub use error::ReplayError;
+pub use signals::{RecordedSignal, RecordedSignals, read_signals};
 
 use crate::cdr;
 use crate::report::{DEVICE_END, INPUTS_DEFINITION, INPUTS_TOPIC, InputsMessage, SCHEME_END, STAMP_BYTES};

@@ -41,7 +41,7 @@ pub use field_map::{Boundary, CellValue, SweepMap};
 pub use figure::{Curve, Figure, Panel};
 pub(crate) use mcap::{
     DEVICE_END, Field as SignalField, INPUTS_DEFINITION, INPUTS_TOPIC, InputsMessage, PacketMessage,
-    SCHEME_END, STAMP_BYTES, STAMP_DEFINITION,
+    SCHEME_END, STAMP_BYTES, STAMP_DEFINITION, write as write_mcap,
 };
 pub use plots::{Level, Span};
 pub use signals::{SignalsFile, SignalsFormat, SignalsKind};

@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::io::{self, ErrorKind, Write};
 use std::iter;
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -88,15 +89,19 @@ The page (works without internet access):
             motion ends within 0.7 s. STOP (Esc) stops all devices of the page and releases their leases.
   Device    shows measured position (blue), reference and force of each axis. Drag the reference of a simulated axis to hold
             the reference until you release it.
+  Robot     shows all simulated devices in 3D: links, reference (yellow), forces (green), walls and hands. Drag a link, a tip
+            or a hand to move it; drag the background to turn the view.
   Scheme    shows the types of the Data Base as wires, from writer (filled dot) to readers (ring), and modules in plug-in
             order. The type of a dashed wire is read before it is written in the tick. Faults are red.
   Modules   shows parameters with unit, range and default; changed values are blue. The page collects edits, and the device
             checks them; Apply together applies all edits as one transaction. The transaction unplugs a module to set
             parameters that cannot be set while the module runs.
-  Scope     shows signals over up to a minute, one plot per unit: trigger (rising, falling or either edge, level, share before
-            the edge; auto, normal or single), cursors, zoom, spectrum (Hann), XY, CSV. A simulated controller sends every tick
+  Scope     shows signals over up to a minute, also of several controllers: drag a signal to a plot. Trigger (rising, falling
+            or either edge, level, share before the edge; auto, normal or single), cursors, math channels, figures of the last
+            step, spectrum (Hann), XY; CSV, MCAP and PNG files. Keep stores a trace, Load reads a recording to compare with.
+            The address contains the layout of the plots. A simulated controller sends every tick
             of up to 64 signals. A board sends up to 4 signals (12 words) to one client at a time, at a rate that uses a fifth
-            of the line (every 4th tick at 1 kHz and 921 600 baud). `leave out` and `send` select the signals for all pages.
+            of the line (every 4th tick at 1 kHz and 921 600 baud). `remove` and `send` select the signals for all pages.
             Lost ticks are counted and shown as gaps.
   Record    records the signals of the scope to runs/page/NAME-1/signals.mcap (then NAME-2), with exact values and the scheme.
             The server continues to record after the page is closed. A recording ends if a page stops it, the signals change,
@@ -182,13 +187,7 @@ impl Serve {
             out.flush()?;
             return Ok(None);
         }
-        let listener = match (self.page_port, Page::listen(self.page_port.unwrap_or(PAGE_PORT))) {
-            (None, Err(error)) if error.kind() == ErrorKind::AddrInUse => Page::listen(0),
-            (_, listener) => listener,
-        };
-        let listener = listener.map_err(|error| {
-            format!("cannot open the TCP port of the page: {error}; give another --page-port, or 0 for any free port")
-        })?;
+        let listener = page_listener(self.page_port)?;
         let simulated = simulated.into_iter().map(Some).chain(iter::repeat_with(|| None));
         let stations = (0..).zip(ports).zip(simulated).map(|((number, (name, port)), simulated)| {
             let (at, bits) = (port.clone(), self.baud);
@@ -209,6 +208,19 @@ impl Serve {
         out.flush()?;
         Ok(Some(page))
     }
+}
+
+/// Opens the TCP port of the page: the given one, the default, or any free port.
+pub(super) fn page_listener(port: Option<u16>) -> Result<TcpListener, String> {
+    let listener = match (port, Page::listen(port.unwrap_or(PAGE_PORT))) {
+        (None, Err(error)) if error.kind() == ErrorKind::AddrInUse => Page::listen(0),
+        (_, listener) => listener,
+    };
+    listener.map_err(|error| {
+        format!(
+            "cannot open the TCP port of the page: {error}; give another --page-port, or 0 for any free port"
+        )
+    })
 }
 
 /// The simulated device of a station.

@@ -11,6 +11,7 @@ use tokio::sync::{Semaphore, mpsc};
 
 use super::action::Action;
 use super::news::News;
+use super::recorded::Recording;
 use super::station::{Answer, Station};
 
 /// Capacity of the send queue; a browser misses news when it is full.
@@ -48,14 +49,16 @@ struct Answered {
 }
 
 /// Serves a browser until it disconnects, which ends its motion.
-pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
+pub(super) async fn talk(mut socket: WebSocket, stations: &[Station], recordings: &[Recording]) {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     let client = NEXT.fetch_add(1, Ordering::Relaxed);
     let (out, mut outgoing) = mpsc::channel::<Message>(ROOM);
     let names: Vec<&str> = stations.iter().map(Station::name).collect();
     let version = env!("CARGO_PKG_VERSION");
-    let hello =
-        serde_json::json!({ "kind": "hello", "stations": names, "client": client, "version": version });
+    let recordings: Vec<&str> = recordings.iter().map(|recording| recording.name.as_str()).collect();
+    let hello = serde_json::json!({
+        "kind": "hello", "stations": names, "recordings": recordings, "client": client, "version": version
+    });
     if socket.send(Message::text(hello.to_string())).await.is_err() {
         return;
     }

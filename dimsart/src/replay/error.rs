@@ -41,6 +41,12 @@ pub enum ReplayError {
         /// The file.
         path: PathBuf,
     },
+    /// The file has no signals of this program.
+    #[error("{} contains no signals of dimsart: use the signals.mcap of `dimsart run`, `serve` or `record`", path.display())]
+    NoSignals {
+        /// The file.
+        path: PathBuf,
+    },
     /// The inputs have another format.
     #[error(
         "the recording has the input format of another dimsart version: replay with the version that recorded the \

@@ -23,6 +23,7 @@ pub(super) struct Layout {
 #[derive(Debug, Clone, PartialEq)]
 struct LayoutField {
     name: String,
+    unit: String,
     /// Id on its device, after the first lookup.
     signal: OnceCell<Option<TypeRef>>,
     field: Field,
@@ -45,7 +46,8 @@ impl Layout {
         let definition = definition.strip_prefix(STAMP_DEFINITION)?;
         for (format, rest) in definition.lines().filter_map(|line| line.split_once(' ')) {
             let Some((_, signal)) = rest.split_once(" # ") else { continue };
-            let signal = signal.split(" (").next().unwrap_or_default();
+            let (signal, unit) = signal.split_once(" (").unwrap_or((signal, ""));
+            let unit = unit.strip_suffix(')').unwrap_or(unit).to_owned();
             let (format, count) = match format.split_once('[') {
                 Some((format, count)) => {
                     let count = count.trim_end_matches(']').parse().ok();
@@ -55,10 +57,30 @@ impl Layout {
             };
             let columns = (layout.words..layout.words + count).collect();
             let field = Field { columns, is_single: format == "float32" };
-            layout.fields.push(LayoutField { name: signal.to_owned(), signal: OnceCell::new(), field });
+            layout.fields.push(LayoutField { name: signal.to_owned(), unit, signal: OnceCell::new(), field });
             layout.words += count;
         }
         Some(layout)
+    }
+
+    /// Returns its signals in order: name, unit and number of words.
+    pub(super) fn signals(&self) -> impl Iterator<Item = (&str, &str, usize)> {
+        self.fields.iter().map(|field| (field.name.as_str(), field.unit.as_str(), field.field.columns.len()))
+    }
+
+    /// Reads the words of a message; NaN for missing words.
+    pub(super) fn read(&self, message: &[u8]) -> Vec<f64> {
+        let mut place = cdr::MARK.len() + STAMP_BYTES;
+        let mut row = Vec::with_capacity(self.words);
+        for LayoutField { field, .. } in &self.fields {
+            let size = field.word_bytes();
+            place = cdr::MARK.len() + (place - cdr::MARK.len()).next_multiple_of(size);
+            for _ in &field.columns {
+                row.push(message.get(place..place + size).map_or(f64::NAN, number));
+                place += size;
+            }
+        }
+        row
     }
 
     pub(super) fn words(&self) -> usize {
@@ -78,7 +100,7 @@ impl Layout {
         message.clear();
         message.extend(head(recorded));
         let data_base = dimsart.engine().data_base();
-        for LayoutField { name, signal, field } in &self.fields {
+        for LayoutField { name, signal, field, .. } in &self.fields {
             let signal = *signal.get_or_init(|| dimsart.engine().device().signal(name));
             let found = data_base.signals().find(|(_, entry)| Some(entry.signal) == signal);
             let start = row.len();
@@ -97,7 +119,7 @@ impl Layout {
         let (mut others, mut expected) = (Vec::new(), head(recorded).to_vec());
         for LayoutField { name, field, .. } in &self.fields {
             field.add(&mut expected, row);
-            let size = if field.is_single { size_of::<f32>() } else { size_of::<f64>() };
+            let size = field.word_bytes();
             let place = expected.len() - size * field.columns.len();
             for (word, column) in field.columns.iter().enumerate() {
                 let at = place + size * word;

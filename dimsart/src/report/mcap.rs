@@ -46,7 +46,7 @@ pub(crate) const DEVICE_END: &str = ".device.json";
 type McapFile<'a> = Writer<WholeFile<'a>>;
 
 /// Writes received rows until the sender is dropped.
-pub(super) fn write(pieces: &Receiver<RecordingChunk>, file: &File, facts: &RunMetadata) -> io::Result<()> {
+pub(crate) fn write(pieces: &Receiver<RecordingChunk>, file: &File, facts: &RunMetadata) -> io::Result<()> {
     let mut recording = Recording::begin(file, facts).map_err(io_error)?;
     loop {
         match pieces.recv_timeout(CHUNK_TIME.saturating_sub(recording.written.elapsed())) {

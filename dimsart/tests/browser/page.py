@@ -16,6 +16,7 @@ from playwright.sync_api import expect, sync_playwright
 import editor
 import layout
 import robot
+import scope
 
 DIMSART, FOLDER = sys.argv[1], Path(sys.argv[2])
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -25,10 +26,12 @@ RECORDINGS = tempfile.mkdtemp()
 
 
 class Server:
-    """`dimsart serve`, killed at the end."""
+    """`dimsart serve`, or `dimsart view` of recordings, killed at the end."""
 
-    def __init__(self, rig="joint"):
+    def __init__(self, rig="joint", files=()):
         command = [DIMSART, "serve", rig, "--page-port", str(PORT), "--recordings", RECORDINGS]
+        if files:
+            command = [DIMSART, "view", *files, "--page-port", str(PORT)]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         atexit.register(self.kill)
         for line in self.process.stdout:
@@ -450,6 +453,7 @@ def main():
         browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
         usable_s = joint(browser, errors)
         editor_of_schemes(browser, errors)
+        scope.scope(browser, Server, lambda *files: Server(files=files), DIMSART, step, errors, FOLDER)
         layouts(browser, errors)
         seven(browser, errors)
         browser.close()

@@ -75,6 +75,6 @@ mod tests {
             }
         }
         // 0.1 m at 0.5 m/s, after 300 ticks.
-        assert!((499..=501).contains(&ticks) && !hand.is_moved(), "{ticks}");
+        assert!((497..=501).contains(&ticks) && !hand.is_moved(), "{ticks}");
     }
 }

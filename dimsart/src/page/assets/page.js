@@ -9,7 +9,7 @@ import { Modules } from "/modules.js";
 import { drawScheme } from "/scheme.js";
 import { Recording } from "/recording.js";
 import { Scope } from "/scope.js";
-
+import { viewRecordings } from "/view.js";
 
 const token = new URLSearchParams(location.search).get("token") ?? "";
 
@@ -22,7 +22,7 @@ const stations = [];
 let shown = 0, socket = null, client = null, next = 1, missed = 0;
 const waiting = new Map();
 
-const scope = new Scope((names) => told(ask(shown, { do: "stream", names })));
+const scope = new Scope((names) => told(ask(shown, { do: "stream", names })), say, token);
 const recording = new Recording((on) => record(on), say);
 const device = new DevicePicture(by("device"), hold);
 let robots = null;
@@ -97,6 +97,8 @@ function hear({ kind, station, content, ...message }) {
         stations[number] = { name, faults: null, events: [] };
       }
       stations.length = message.stations.length;
+      if (message.recordings.length) return viewRecordings(message.recordings, scope, token).catch((error) => say(error.message, true));
+      scope.setNames(message.stations);
       shown = Math.max(0, Math.min(shown, stations.length - 1));
       show();
       break;
@@ -125,7 +127,11 @@ function hear({ kind, station, content, ...message }) {
       // The overview of a dry run of this page is not the running scheme.
       if (kind === "overview" && content.status.is_in_transaction && modules.isBusy(station)) break;
       stations[station][kind] = content;
-      if (kind === "geometry") showRobots();
+      if (kind === "geometry") {
+        // The controllers of a simulation share a clock.
+        scope.shareClock(station, content !== null);
+        showRobots();
+      }
       if (kind === "overview") scope.period(station, content.identity.sample_period_s);
       show(kind, station);
   }

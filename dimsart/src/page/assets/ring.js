@@ -1,8 +1,10 @@
-// Ring buffer of received rows, with gaps and restarts of the device.
+// Ring buffer of received rows, with gaps and restarts of the device, on the time axis of the page.
 
 /** Length of the buffer, unless it would exceed the maximum number of rows. */
 export const SECONDS = 60;
 const MOST_ROWS = 60000;
+/** Rate at which a device's time follows its arrival times: the fastest arrivals count, clocks differ by little. */
+const DRIFT = 1e-4;
 
 /** Returns the column name as in CSV files of the command: `POSITION[0] (rad)`. */
 const header = (name, { indices = [], unit = "" } = {}) =>
@@ -25,6 +27,15 @@ export class Ring {
     this.times = new Float64Array(this.size);
     this.count = 0;
     this.gaps = 0;
+    // Time of the first row on the axis that all sources share, s.
+    this.start_s = 0;
+  }
+
+  /** Creates a ring of complete rows: `values` has one array per column. */
+  static loaded(layout, period_s, ticks, values) {
+    const ring = new Ring(layout, period_s, []);
+    const times = Float64Array.from(ticks, (tick) => tick - ticks[0]);
+    return Object.assign(ring, { size: ticks.length, count: ticks.length, ticks, times, values });
   }
 
   push(tick, view, at) {
@@ -55,7 +66,21 @@ export class Ring {
 
   oldest() { return Math.max(0, this.count - this.size); }
 
-  /** Finds the first row at or after a time. */
+  /** Returns the time of a row on the common axis, s. */
+  seconds(row) { return this.start_s + this.time(row) * this.tick_s; }
+
+  /** Finds the first row at or after a time on the common axis, s. */
+  findSeconds(seconds) { return this.find((seconds - this.start_s) / this.tick_s - 1e-6); }
+
+  /** Places the last row on the common axis: by its tick if the clock is shared, otherwise not after its arrival. */
+  align(now_s, sharesClock) {
+    const last = this.count - 1;
+    if (sharesClock) this.start_s = this.tick(last) * this.tick_s - this.time(last) * this.tick_s;
+    else if (last === 0 || now_s < this.seconds(last)) this.start_s = now_s - this.time(last) * this.tick_s;
+    else this.start_s += DRIFT * (now_s - this.seconds(last));
+  }
+
+  /** Finds the first row at or after a time, ticks. */
   find(time) {
     let [low, high] = [this.oldest(), this.count];
     while (low < high) {

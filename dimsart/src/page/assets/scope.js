@@ -1,167 +1,205 @@
-// The scope: signals of the last minute, running or held by a trigger, as time plot, spectrum or XY plot.
+// The scope: plots of the sources' signals over a window, running or held.
+//
+//   rows ──▶ Sources ──▶ window ──▶ curves (signals, math channels, traces) ──▶ Plots, Cursors, step figures
+//                          ▲
+//                 Trigger, pan, hold
 
 import { digits } from "/device.js";
-import { by } from "/dom.js";
+import { by, node } from "/dom.js";
+import { Cursors } from "/cursors.js";
+import { exportCsv, exportMcap, exportPng } from "/export.js";
 import { spectrum } from "/fourier.js";
-import { Ring } from "/ring.js";
-import { offerSending } from "/sending.js";
+import { Layouts } from "/layouts.js";
+import { parse } from "/math.js";
+import { Plots, labelOf } from "/plots.js";
+import { SignalList } from "/signal_list.js";
+import { Sources, decodeRecording, keyOf, nameOf, sourceOf } from "/sources.js";
+import { stepFigures } from "/step_figures.js";
 import { Trigger } from "/trigger.js";
 import { drawXy } from "/xy.js";
 
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9", "#8c564b", "#7f7f7f"];
+const LIKED = ["POSITION", "POSITION[0]", "DES_POSITION", "DES_POSITION[0]", "DES_FORCE", "DES_FORCE[0]"];
 const dark = matchMedia("(prefers-color-scheme: dark)");
-const HEIGHT = 190;
+const FIGURES_MS = 500;
 
 export class Scope {
-  /** `choose` selects the signals that the device sends. */
-  constructor(choose) {
-    this.choose = choose;
-    this.rings = [];
-    // Held pictures of stations that are not shown.
-    this.kept = [];
-    this.chosen = [];
-    this.plots = [];
-    this.isRunning = true;
-    this.cursors = [null, null];
+  /** `choose` selects the signals that the device sends; `say` shows a text; `token` is that of the address. */
+  constructor(choose, say, token) {
+    Object.assign(this, { say, token, sources: new Sources(), panels: [], channels: [], isRunning: true, held: null, pan_s: 0, byStation: [] });
+    this.list = new SignalList((key, isOn) => this.toggle(key, isOn), choose);
+    this.cursors = new Cursors(() => this.draw(true));
+    this.plots = new Plots(by("plots"), this.cursors, (key, panel) => this.drop(key, panel));
     const change = () => { this.rearm(); this.rebuild(); };
     this.trigger = new Trigger(change);
-    this.rearm();
+    this.layouts = new Layouts(() => ({ panels: this.panels, channels: this.channels.map(({ name, text, unit }) => ({ name, text, unit })) }), (layout) => this.apply(layout));
     by("run").onclick = () => this.setRunning(!this.isRunning);
-    by("fit").onclick = () => { this.zoom = null; this.draw(true); };
-    by("export").onclick = () => this.export();
+    by("fit").onclick = () => { this.plots.zoom = false; this.draw(true); };
+    by("export").onclick = () => exportCsv(this.table());
+    by("export-png").onclick = () => exportPng(this.plots.picture());
+    by("export-mcap").onclick = () => exportMcap(this.table(), token).catch((error) => say(error.message, true));
     by("view").onchange = () => this.rebuild();
+    by("columns").onchange = () => this.rebuild();
     by("window").onchange = change;
-    by("signal-filter").oninput = () => this.filter();
-    dark.onchange = () => this.rebuild();
+    by("pan").oninput = () => { this.pan_s = Number(by("pan").value); this.draw(true); };
+    by("keep").onclick = () => this.keep();
+    by("load").onclick = () => by("recording-file").click();
+    by("recording-file").onchange = () => this.load(by("recording-file").files[0]).catch((error) => say(error.message, true));
+    by("math-form").onsubmit = (event) => { event.preventDefault(); this.addChannel(by("math-name").value.trim(), by("math-text").value, by("math-unit").value.trim()); };
+    by("plots").addEventListener("keydown", (event) => this.key(event));
+    dark.addEventListener("change", () => this.rebuild());
     new ResizeObserver(() => this.rebuild()).observe(by("plots"));
     setInterval(() => this.frame(), 50);
   }
 
-  ring() { return this.rings[this.station]; }
+  ring() { return this.sources.rings[this.station]; }
 
-  gaps(station) { return this.rings[station]?.gaps ?? 0; }
+  /** Rows by source: held, or live. */
+  rings() { return this.held?.rings ?? new Map(this.sources.names.map((name, station) => [name, this.sources.rings[station]]).filter(([, ring]) => ring)); }
 
-  /** Sets the layout of a station's rows; an unchanged layout has no effect. */
-  layout(station, { unsent, ...layout }, period_s) {
-    const ring = this.rings[station];
-    if (!ring || JSON.stringify(ring.layout) !== JSON.stringify(layout)) {
-      this.replace(station, new Ring(layout, period_s ?? ring?.tick_s ?? 0.001, unsent));
-    } else if (String(ring.unsent) !== String(unsent)) {
-      ring.unsent = unsent;
-      if (station === this.station && this.isRunning) this.list();
-    }
+  gaps(station) { return this.sources.rings[station]?.gaps ?? 0; }
+
+  last(station) { return this.sources.last(station); }
+
+  rows(data) { return this.sources.rows(data); }
+
+  /** Shows another source of a recording. */
+  choose(station) {
+    [this.station, this.name, this.panels] = [station, this.sources.names[station], []];
+    this.choosePanels(this.sources.rings[station]);
+    this.relist();
   }
 
-  period(station, period_s) {
-    const ring = this.rings[station];
-    // Drop earlier rows: their times are wrong.
-    if (ring && Math.abs(ring.tick_s - period_s) > 1e-9 * period_s) this.replace(station, new Ring(ring.layout, period_s, ring.unsent));
+  /** Sets the names of the stations, and whether each has the clock of a simulation. */
+  setNames(names) { this.sources.names = names; }
+
+  shareClock(station, isShared) { this.sources.shared[station] = isShared; }
+
+  layout(station, content, period_s) { if (this.sources.layout(station, content, period_s)) this.changed(station); }
+
+  period(station, period_s) { if (this.sources.period(station, period_s)) this.changed(station); }
+
+  changed(station) {
+    if (station === this.station) this.rearm();
+    if (this.isRunning) this.relist();
   }
 
   /** Forgets a replaced station. */
   forget(station) {
-    delete this.kept[station];
+    delete this.byStation[station];
+    delete this.sources.rings[station];
     if (station === this.station) this.setRunning(true);
-    this.replace(station, undefined);
   }
 
-  replace(station, ring) {
-    this.rings[station] = ring;
-    if (station !== this.station) return;
-    this.rearm();
-    if (this.isRunning) this.list();
-  }
-
-  /** Handles a message of rows and returns its station. */
-  rows(data) {
-    const view = new DataView(data);
-    const station = view.getUint8(0), width = view.getUint16(2, true), number = view.getUint32(4, true);
-    const ring = this.rings[station];
-    if (!ring || ring.layout.number !== number || ring.columns.length !== width) return station;
-    for (let at = 8; at + 4 + 4 * width <= data.byteLength; at += 4 + 4 * width) {
-      ring.push(view.getUint32(at, true), view, at + 4);
-    }
-    return station;
-  }
-
-  /** Returns values and units of the last tick by signal name. */
-  last(station) {
-    const ring = this.rings[station];
-    if (!ring?.count) return null;
-    const signals = new Map();
-    ring.columns.forEach(({ signal, unit }, column) => {
-      if (!signals.has(signal)) signals.set(signal, { unit, values: [] });
-      signals.get(signal).values.push(ring.at(column, ring.count - 1));
-    });
-    return signals;
-  }
-
+  /** Shows the signals of a station; each station keeps its plots and its held picture. */
   show(station, name) {
     this.name = name;
     if (station === this.station) return;
-    this.kept[this.station ?? station] = this.isRunning ? null : this.held;
-    this.station = station;
-    this.chosen = [];
-    this.held = this.kept[station] ?? null;
+    if (this.station !== undefined) this.byStation[this.station] = { panels: this.panels, held: this.isRunning ? null : this.held };
+    const known = this.byStation[station];
+    Object.assign(this, { station, panels: known?.panels ?? [], held: known?.held ?? null });
+    if (!this.isOpened) {
+      this.isOpened = true;
+      const layout = this.layouts.read();
+      if (layout) return this.layouts.show(layout);
+    }
     this.setRunning(!this.held);
-    if (!this.held) return;
-    this.rearm();
-    this.list();
+    if (this.held) { this.rearm(); this.relist(); }
+  }
+
+  /** Shows a layout; signals that no source has are dropped later, when all layouts are known. */
+  apply({ panels, channels }) {
+    this.panels = Array.isArray(panels) ? panels : [];
+    this.channels = [];
+    for (const { name, text, unit } of channels ?? []) this.define(name, text, unit);
+    this.setRunning(!this.held);
+    this.relist();
+  }
+
+  has(key) {
+    const ring = this.rings().get(sourceOf(key));
+    const channel = this.channels.find(({ name }) => name === nameOf(key));
+    return ring && (channel ? channel.names.every((name) => ring.numbers.has(name)) : ring.numbers.has(nameOf(key)));
+  }
+
+  unit(key) {
+    const ring = this.rings().get(sourceOf(key)), column = ring?.numbers.get(nameOf(key));
+    return this.channels.find(({ name }) => name === nameOf(key))?.unit ?? ring?.columns[column]?.unit ?? "";
   }
 
   /** Builds the list of signals. */
-  list() {
-    const rows = this.held?.rows ?? this.ring();
-    if (!rows) {
-      by("signals").replaceChildren();
-      return this.rebuild();
-    }
-    const names = rows.columns.map(({ name }) => name);
-    this.chosen = this.chosen.filter((name) => names.includes(name));
-    if (!this.chosen.length) {
-      const liked = ["POSITION", "POSITION[0]", "DES_POSITION", "DES_POSITION[0]", "DES_FORCE", "DES_FORCE[0]"];
-      this.chosen = liked.filter((name) => names.includes(name));
-      if (!this.chosen.length) this.chosen = names.slice(0, 1);
-    }
-    by("signals").replaceChildren(...rows.columns.map(({ name, unit, signal, place }) => {
-      const label = document.createElement("label");
-      label.dataset.name = name.toLowerCase();
-      if (place === 0) label.dataset.signal = signal;
-      const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: this.chosen.includes(name) });
-      box.onchange = () => {
-        this.chosen = box.checked ? [...this.chosen, name] : this.chosen.filter((other) => other !== name);
-        this.rebuild();
-      };
-      const parts = ["key", "name", "value"].map((kind) => Object.assign(document.createElement("span"), { className: kind }));
-      parts[1].textContent = name;
-      parts[1].title = name;
-      label.append(box, ...parts);
-      Object.assign(label, { key: parts[0], value: parts[2], name, unit });
-      return label;
-    }));
-    if (rows === this.ring()) offerSending(by("signals"), rows, this.choose);
-    this.trigger.offer(names, this.chosen[0]);
-    this.filter();
+  relist() {
+    const rings = this.rings(), own = rings.get(this.name);
+    this.list.show(this.name, rings, this.channels, this.isRunning);
+    const names = [...(own?.numbers.keys() ?? [])];
+    this.trigger.offer(names, this.keys().length ? nameOf(this.keys()[0]) : names[0]);
+    this.showTraces();
     this.rebuild();
   }
 
-  filter() {
-    const wanted = by("signal-filter").value.trim().toLowerCase();
-    for (const row of by("signals").children) row.hidden = !row.dataset.name.includes(wanted);
+  keys() { return this.panels.flat(); }
+
+  toggle(key, isOn) {
+    if (isOn) this.place(key);
+    else this.panels = this.panels.map((panel) => panel.filter((other) => other !== key)).filter(({ length }) => length);
+    this.rebuild();
+  }
+
+  /** Adds a signal to the first plot with its unit, or to a new plot. */
+  place(key) {
+    const panel = this.panels.find((keys) => keys.every((other) => this.unit(other) === this.unit(key)));
+    if (panel) panel.push(key);
+    else this.panels.push([key]);
+  }
+
+  drop(key, panel) {
+    const target = this.panels[panel];
+    if (target) {
+      const units = new Set([...target, key].map((one) => this.unit(one)));
+      if (units.size > 2) return this.say(`a plot has at most two units: ${[...units].join(", ")}`, true);
+      if (!target.includes(key)) target.push(key);
+    } else {
+      this.panels.push([key]);
+    }
+    this.rebuild();
+  }
+
+  define(name, text, unit) {
+    const { names, evaluate } = parse(text);
+    this.channels = [...this.channels.filter((known) => known.name !== name), { name, text, unit, names, evaluate }];
+  }
+
+  addChannel(name, text, unit) {
+    try {
+      if (!/^[A-Za-z_]\w*$/.test(name)) throw new Error("the name of a math channel has letters, digits and _");
+      if (this.rings().get(this.name)?.numbers.has(name)) throw new Error(`${name} is a signal: choose another name`);
+      this.define(name, text, unit);
+      const key = keyOf(name, this.name);
+      const missing = this.channels.at(-1).names.filter((signal) => !this.rings().get(this.name)?.numbers.has(signal));
+      if (missing.length) throw new Error(`${this.name} has no signal ${missing.join(", ")}`);
+      if (!this.keys().includes(key)) this.place(key);
+      this.relist();
+    } catch (error) {
+      this.channels = this.channels.filter((known) => known.names.every((signal) => this.rings().get(this.name)?.numbers.has(signal)));
+      this.say(error.message, true);
+    }
   }
 
   setRunning(isRunning) {
-    const ring = this.ring();
     if (!isRunning && !this.held) {
-      if (!ring?.count) return;
-      this.held = { rows: ring.copy(ring.oldest(), ring.count), zero: null };
+      if (!this.ring()?.count) return;
+      const to_s = this.end_s();
+      this.held = { rings: this.sources.copy(-Infinity, Infinity), to_s, zero_s: to_s, isTriggered: false };
     }
     this.isRunning = isRunning;
     by("run").textContent = isRunning ? "Running" : "Held";
     by("run").setAttribute("aria-pressed", isRunning);
-    if (!isRunning) return;
-    this.rearm();
-    this.list();
+    this.pan_s = 0;
+    if (isRunning) {
+      this.rearm();
+      this.relist();
+    }
+    this.offerPan();
   }
 
   /** Rearms the trigger for new rows; a picture held by the user stays. */
@@ -170,22 +208,44 @@ export class Scope {
     if (this.isRunning) this.held = null;
   }
 
-  /** Returns the window in ticks. */
-  span(rows) { return Math.max(2 * rows.step, Math.round(Number(by("window").value) / rows.tick_s)); }
+  /** End of the rows of the shown station, s. */
+  end_s() {
+    const ring = this.ring();
+    return ring.seconds(ring.count - 1) + ring.step * ring.tick_s;
+  }
+
+  span_s() {
+    const whole = by("window").value === "all";
+    const ring = this.rings().get(this.name);
+    if (whole && ring?.count) return ring.seconds(ring.count - 1) - ring.seconds(ring.oldest()) + ring.step * ring.tick_s;
+    return Math.max(Number(by("window").value) || 2, 2 * (ring ? ring.step * ring.tick_s : 0));
+  }
+
+  /** Offers to move a held window over the stored rows. */
+  offerPan() {
+    const ring = this.held?.rings.get(this.name);
+    by("pan").hidden = this.isRunning || !ring?.count;
+    if (by("pan").hidden) return;
+    const span = this.span_s(), to_s = this.held.isTriggered ? this.held.to_s : ring.seconds(ring.count - 1);
+    const least = Math.min(0, ring.seconds(ring.oldest()) + span - to_s), most = Math.max(0, ring.seconds(ring.count - 1) - to_s);
+    by("pan").hidden = least === most;
+    Object.assign(by("pan"), { min: least, max: most, step: "any", value: this.pan_s });
+  }
 
   /** Holds the picture when the trigger fired and the window is complete. */
   watchTrigger(ring) {
-    const { mode } = this.trigger, span = this.span(ring);
+    const { mode } = this.trigger, span_s = this.span_s(), span = Math.round(span_s / ring.tick_s);
     if (mode === "off" || !this.isRunning) return;
     const fired = this.trigger.watch(ring, span);
     if (fired) {
-      // A copy, as the ring continues. A single shot keeps all rows, for other windows.
-      const first = mode === "single" ? ring.oldest() : ring.find(fired.time - this.trigger.before(span));
-      this.held = { rows: ring.copy(first, ring.count), zero: fired.time };
+      const zero_s = ring.start_s + fired.time * ring.tick_s, from_s = zero_s - this.trigger.before(span) * ring.tick_s;
+      // A single shot keeps all rows, for other windows.
+      const rings = this.sources.copy(mode === "single" ? -Infinity : from_s, mode === "single" ? Infinity : from_s + span_s);
+      this.held = { rings, to_s: from_s + span_s, zero_s, isTriggered: true };
       this.shownAt = performance.now();
       this.trigger.say(`fired at tick ${fired.tick}`);
       if (mode === "single") this.setRunning(false);
-    } else if (mode === "auto" && performance.now() - (this.shownAt ?? 0) > 1000 + 1000 * span * ring.tick_s) {
+    } else if (mode === "auto" && performance.now() - (this.shownAt ?? 0) > 1000 + 1000 * span_s) {
       this.held = null;
       this.trigger.say("no trigger, running free");
     } else if (this.held === null) {
@@ -194,176 +254,207 @@ export class Scope {
   }
 
   frame() {
-    const ring = this.ring();
+    const ring = this.rings().get(this.name);
     if (!ring?.count || document.hidden) return;
-    this.watchTrigger(ring);
-    const colored = new Map(this.chosen.map((name, place) => [name, COLORS[place % COLORS.length]]));
-    for (const { key, value, name, unit } of by("signals").querySelectorAll("label")) {
-      value.textContent = `${digits(ring.numbers.has(name) ? ring.at(ring.numbers.get(name), ring.count - 1) : undefined)} ${unit}`;
-      key.style.background = colored.get(name) ?? "transparent";
-    }
+    if (this.ring()?.count) this.watchTrigger(this.ring());
+    if (!this.keys().length && this.isRunning) this.choosePanels(ring);
+    const live = new Map(this.sources.names.map((name, station) => [name, this.sources.rings[station]]));
+    this.list.mark(this.colors(), (key) => {
+      const rows = live.get(sourceOf(key)), column = rows?.numbers.get(nameOf(key));
+      return column === undefined || !rows.count ? undefined : rows.at(column, rows.count - 1);
+    });
     if (!(this.trigger.mode === "normal" && this.held === null && this.drawn)) this.draw();
   }
 
-  /** Returns the shown rows and the time of zero, in ticks. */
-  part() {
-    const rows = this.held?.rows ?? this.ring();
-    if (!rows?.count) return null;
-    const span = this.span(rows), last = rows.time(rows.count - 1), zero = this.held?.zero ?? last;
-    const from = this.held?.zero == null ? last - span + 1 : zero - this.trigger.before(span);
-    return { rows, start: rows.find(from), end: rows.find(from + span), zero };
+  choosePanels(ring) {
+    const liked = LIKED.filter((name) => ring.numbers.has(name));
+    for (const name of liked.length ? liked : [...ring.numbers.keys()].slice(0, 1)) this.place(keyOf(name, this.name));
+    this.rebuild();
   }
 
-  /** Returns row numbers and times in seconds. A null row interrupts the line at a gap. */
-  line({ rows, start, end, zero }) {
-    const numbers = [], times = [];
+  colors() { return new Map([...new Set(this.keys())].map((key, place) => [key, COLORS[place % COLORS.length]])); }
+
+  /** The window on the common axis and the time of zero, s. */
+  window() {
+    const span_s = this.span_s();
+    const to_s = (this.held?.to_s ?? this.end_s()) + this.pan_s;
+    return { from_s: to_s - span_s, to_s, zero_s: this.held?.zero_s ?? to_s };
+  }
+
+  /** Row numbers and times of a source in the window. A null row interrupts the lines at a gap. */
+  part(ring, { from_s, to_s, zero_s }) {
+    const numbers = [], times = [], start = ring.findSeconds(from_s), end = ring.findSeconds(to_s);
     for (let i = start; i < end; i++) {
-      if (i > start && !rows.follows(i)) {
+      if (i > start && !ring.follows(i)) {
         numbers.push(null);
-        times.push(((rows.time(i - 1) + rows.time(i)) / 2 - zero) * rows.tick_s);
+        times.push((ring.seconds(i - 1) + ring.seconds(i)) / 2 - zero_s);
       }
       numbers.push(i);
-      times.push((rows.time(i) - zero) * rows.tick_s);
+      times.push(ring.seconds(i) - zero_s);
     }
-    return { numbers, times };
+    return { ring, numbers, times, hasGap: numbers.includes(null) };
   }
 
-  columns(rows) {
-    return this.chosen.map((name, place) => ({ column: rows.numbers.get(name), color: COLORS[place % COLORS.length] }))
-      .filter(({ column }) => column !== undefined)
-      .map((one) => ({ ...one, ...rows.columns[one.column] }));
+  /** Values of a signal or math channel by name; NaN in gaps. */
+  values({ ring, numbers }, name) {
+    const of = (column) => numbers.map((row) => (row === null ? NaN : ring.at(column, row)));
+    const channel = this.channels.find((known) => known.name === name);
+    if (!channel) return of(ring.numbers.get(name));
+    return channel.evaluate((signal) => of(ring.numbers.get(signal)), numbers.length, ring.step * ring.tick_s);
   }
 
-  /** Creates one plot per unit. */
+  /** Creates the plots of the present panels. */
   rebuild() {
-    for (const plot of this.plots) plot.destroy?.();
-    by("plots").replaceChildren();
-    this.plots = [];
-    this.zoom = null;
     by("scope-note").textContent = "";
-    const rows = this.held?.rows ?? this.ring();
-    if (!rows) return;
-    const view = by("view").value, columns = this.columns(rows);
+    const rings = this.rings();
+    if (rings.size) this.panels = this.panels.map((panel) => panel.filter((key) => this.has(key) || !rings.has(sourceOf(key)))).filter(({ length }) => length);
+    this.offerPan();
+    const view = by("view").value, colors = this.colors(), isAlone = new Set(this.keys().map(sourceOf)).size < 2;
+    const curves = (key) => {
+      const own = { key, label: labelOf(key, isAlone), unit: this.unit(key), color: colors.get(key) };
+      const traces = this.sources.traces.filter((trace) => trace.isShown && this.sources.ofTrace(trace, sourceOf(key))?.numbers.has(nameOf(key)));
+      return [own, ...traces.map((trace) => ({ ...own, label: `${own.label} (${trace.name})`, trace, dash: [4, 3] }))];
+    };
+    const panels = this.panels.map((panel) => ({ curves: panel.filter((key) => this.has(key)).flatMap(curves) })).filter((panel) => panel.curves.length);
+    // Before a source is shown, the layout of the address is not yet read.
+    if (this.isOpened) this.layouts.write();
+    this.xy = null;
     if (view === "xy") {
-      const canvas = Object.assign(document.createElement("canvas"), { className: "xy", height: 420 });
-      canvas.width = by("plots").clientWidth;
-      by("plots").append(canvas);
-      this.plots = [{ canvas, columns, destroy() {} }];
-      return this.draw(true);
+      this.plots.build([], "time", 1);
+      this.xy = node("canvas", { className: "xy", height: 420, width: by("plots").clientWidth });
+      by("plots").replaceChildren(this.xy);
+    } else {
+      this.plots.build(panels, view, Number(by("columns").value));
     }
-    const units = [...new Set(columns.map(({ unit }) => unit))];
-    const quiet = getComputedStyle(document.body).getPropertyValue("--quiet"), rule = getComputedStyle(document.body).getPropertyValue("--rule");
-    const axis = { stroke: quiet, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule, width: 1 } };
-    units.forEach((unit) => {
-      const shown = columns.filter((column) => column.unit === unit);
-      const time = view === "time" ? "time (s)" : "frequency (Hz)";
-      const value = (_, number) => (number == null ? "–" : `${digits(number)} ${unit}`);
-      const plot = new window.uPlot({
-        width: by("plots").clientWidth, height: HEIGHT,
-        scales: { x: { time: false, distr: view === "spectrum" ? 3 : 1 } },
-        cursor: { sync: { key: "scope" }, drag: { x: true, y: false } },
-        series: [{ label: time, value: (_, number) => (number == null ? "–" : digits(number)) },
-          ...shown.map(({ name, color }) => ({ label: name, stroke: color, width: 1.5, value, spanGaps: false }))],
-        axes: [axis, { ...axis, size: 70, label: unit || "1", labelSize: 18, values: (_, numbers) => numbers.map(digits) }],
-        hooks: {
-          setSelect: [(self) => { this.zoom = self.select.width > 0; }],
-          draw: [(self) => this.drawCursors(self)],
-          ready: [(self) => {
-            self.over.addEventListener("click", (event) => this.setCursor(self, event));
-            self.over.addEventListener("dblclick", () => { this.zoom = null; });
-          }],
-        },
-      }, [[], ...shown.map(() => [])], by("plots"));
-      this.plots.push(Object.assign(plot, { shown }));
-    });
     this.draw(true);
   }
 
   draw(always = false) {
-    const part = this.part();
-    if (!part || !this.plots.length) return;
-    const { rows, start, end } = part, drawn = this.drawn;
-    if (!always && drawn?.rows === rows && drawn.start === start && drawn.end === end) return;
-    this.drawn = part;
-    const view = by("view").value, { numbers, times } = this.line(part);
-    const valuesOf = (column) => numbers.map((row) => {
-      const value = row === null ? NaN : rows.at(column, row);
-      return Number.isFinite(value) ? value : null;
-    });
+    const rings = this.rings(), ring = rings.get(this.name);
+    if (!ring?.count || (!this.held && !this.ring()?.count)) return;
+    const span = this.window(), drawn = `${span.from_s} ${span.to_s} ${ring.count}`;
+    if (!always && this.drawn === drawn) return;
+    this.drawn = drawn;
+    const parts = new Map();
+    const partOf = (rows, at) => {
+      if (!parts.has(rows)) parts.set(rows, this.part(rows, at));
+      return parts.get(rows);
+    };
+    const curve = ({ key, trace }) => {
+      const offset_s = trace && trace.zero_s - trace.shift_s - span.zero_s;
+      const at = trace && { from_s: span.from_s + offset_s, to_s: span.to_s + offset_s, zero_s: span.zero_s + offset_s };
+      const part = trace ? partOf(this.sources.ofTrace(trace, sourceOf(key)), at) : partOf(rings.get(sourceOf(key)), span);
+      return { part, values: this.values(part, nameOf(key)) };
+    };
+    const finite = (values) => values.map((value) => (Number.isFinite(value) ? value : null));
+    const view = by("view").value;
     if (view === "xy") {
-      const [{ canvas, columns }] = this.plots;
-      return drawXy(canvas, columns, ...columns.slice(0, 2).map(({ column }) => valuesOf(column)));
+      const two = this.keys().filter((key) => this.has(key)).slice(0, 2).map((key) => ({ name: nameOf(key), unit: this.unit(key), color: this.colors().get(key), ...curve({ key }) }));
+      return drawXy(this.xy, two, ...two.map(({ values }) => finite(values)));
     }
-    if (view === "spectrum") this.drawSpectra(valuesOf, rows, numbers.includes(null));
-    else for (const plot of this.plots) plot.setData([times, ...plot.shown.map(({ column }) => valuesOf(column))], !this.zoom);
-    this.showCursors();
-  }
-
-  /** Draws spectra, which require windows without missing values. */
-  drawSpectra(valuesOf, rows, hasGap) {
     const wrong = [];
-    for (const plot of this.plots) {
-      const all = plot.shown.map(({ name, column }) => {
-        const values = valuesOf(column);
-        if (!hasGap && !values.includes(null)) return spectrum(values, rows.step * rows.tick_s);
-        if (!hasGap) wrong.push(name);
-        return null;
-      });
-      const frequencies = all.find((one) => one)?.frequencies ?? [];
-      plot.setData([frequencies, ...all.map((one) => one?.amplitudes ?? frequencies.map(() => null))], !this.zoom);
-    }
-    by("scope-note").textContent = hasGap ? "No spectrum: ticks are missing in this window. Choose a window without gaps."
-      : wrong.length ? `No spectrum of ${wrong.join(", ")}: this window contains NaN or infinite values.` : "";
+    const tables = this.plots.all.map(({ curves }) => curves.map((one) => {
+      const { part, values } = curve(one);
+      if (view === "time") return [part.times, finite(values)];
+      if (part.hasGap || !values.every(Number.isFinite) || values.length < 4) {
+        wrong.push(`${one.label} (${part.hasGap ? "ticks are missing" : "NaN or infinite values"})`);
+        return [[], []];
+      }
+      const { frequencies, amplitudes } = spectrum(values, part.ring.step * part.ring.tick_s);
+      return [frequencies, view === "db" ? amplitudes.map((value) => 20 * Math.log10(Math.max(value, 1e-12))) : amplitudes];
+    }));
+    by("scope-note").textContent = wrong.length ? `No spectrum of ${[...new Set(wrong)].join(", ")} in this window.` : "";
+    this.plots.draw(tables);
+    this.cursors.show(this.plots.all, view === "time" ? "s" : "Hz");
+    this.showSteps(rings, (rows) => partOf(rows, span), view);
   }
 
-  setCursor(plot, event) {
-    this.cursors[event.shiftKey ? 1 : 0] = plot.posToVal(event.offsetX, "x");
+  /** Shows the figures of the last step of each reference with a plotted measurement. */
+  showSteps(rings, partOf, view) {
+    const now = performance.now();
+    if (view !== "time" || (this.isRunning && now - (this.figuresAt ?? 0) < FIGURES_MS)) return;
+    this.figuresAt = now;
+    const ms = (value) => (value === null ? "not reached in this window" : `${digits(1000 * value)} ms`);
+    const texts = [...new Set(this.keys())].flatMap((key) => {
+      const ring = rings.get(sourceOf(key)), reference = `DES_${nameOf(key)}`;
+      if (!ring?.numbers.has(nameOf(key)) || !ring.numbers.has(reference)) return [];
+      const part = partOf(ring), found = stepFigures(part.times, this.values(part, reference), this.values(part, nameOf(key)));
+      if (!found) return [];
+      return [`${nameOf(key)}: step of ${digits(found.size)} ${this.unit(key)} at ${digits(found.start_s)} s: rise time (10 to 90 %) ${ms(found.rise_s)}, overshoot ${digits(100 * found.overshoot)} %, settling time (2 %) ${ms(found.settling_s)}, error at the end ${digits(found.error)} ${this.unit(key)}`];
+    });
+    by("step-figures").replaceChildren(...texts.map((textContent) => node("li", { textContent })));
+  }
+
+  key(event) {
+    const rows = { ArrowLeft: -1, ArrowRight: 1 }[event.key], x = this.plots.all[0]?.plot.data[0];
+    if (!rows || !x) return;
+    event.preventDefault();
+    this.cursors.move(event.shiftKey ? 1 : 0, rows * (event.ctrlKey ? 20 : 1), x);
+  }
+
+  /** Stores the window as a trace to compare with. */
+  keep() {
+    if (!this.ring()?.count && !this.held) return;
+    const { from_s, to_s, zero_s } = this.window();
+    const copies = new Map([...this.rings()].map(([name, ring]) => [name, ring.copy(ring.findSeconds(from_s), ring.findSeconds(to_s))]));
+    this.sources.keep(copies, zero_s);
+    this.showTraces();
+    this.rebuild();
+  }
+
+  /** Loads a recording (MCAP) as a trace: its start is at the zero of the plots. */
+  async load(file) {
+    if (!file) return;
+    const response = await fetch(`/recording?token=${this.token}`, { method: "POST", body: file });
+    if (!response.ok) throw new Error(`${file.name}: ${await response.text()}`);
+    const rings = decodeRecording(await response.arrayBuffer());
+    this.sources.keep(rings, Math.min(...[...rings.values()].map(({ start_s }) => start_s)), file.name);
+    this.showTraces();
+    this.rebuild();
+  }
+
+  /** Shows recordings in place of live controllers: the first as source, further ones as traces. */
+  open(recordings) {
+    const [{ rings }, ...others] = recordings;
+    this.sources.names = [...rings.keys()];
+    this.sources.rings = [...rings.values()];
+    [this.station, this.name, this.isRunning] = [0, this.sources.names[0], false];
+    const zero_s = Math.min(...this.sources.rings.map(({ start_s }) => start_s));
+    const to_s = Math.max(...this.sources.rings.map((ring) => ring.seconds(ring.count - 1) + ring.step * ring.tick_s));
+    this.held = { rings, to_s, zero_s, isTriggered: false };
+    for (const other of others) this.sources.keep(other.rings, Math.min(...[...other.rings.values()].map(({ start_s }) => start_s)), other.name);
+    by("window").value = "all";
+    this.choosePanels(this.sources.rings[0]);
+    const layout = this.layouts.read();
+    this.isOpened = true;
+    if (layout) this.layouts.show(layout);
+    this.relist();
+  }
+
+  /** Marks times of a recording with texts. */
+  mark(marks) {
+    this.plots.marks = marks.map(({ time_s, text }) => ({ at: time_s - this.held.zero_s, text }));
     this.draw(true);
   }
 
-  drawCursors(plot) {
-    this.cursors.forEach((at, number) => {
-      if (at === null) return;
-      const x = plot.valToPos(at, "x", true), { top, height } = plot.bbox;
-      plot.ctx.save();
-      plot.ctx.strokeStyle = plot.ctx.fillStyle = number ? "#d55e00" : "#009e73";
-      plot.ctx.textAlign = "left";
-      plot.ctx.setLineDash([6, 4]);
-      plot.ctx.beginPath();
-      plot.ctx.moveTo(x, top);
-      plot.ctx.lineTo(x, top + height);
-      plot.ctx.stroke();
-      plot.ctx.fillText(number ? "B" : "A", x + 4, top + 14);
-      plot.ctx.restore();
-    });
+  showTraces() {
+    by("traces").replaceChildren(...this.sources.traces.map((trace) => {
+      const isShown = node("input", { type: "checkbox", checked: trace.isShown, onchange: () => { trace.isShown = isShown.checked; this.rebuild(); } });
+      const shift = node("input", { type: "number", step: "any", value: trace.shift_s, onchange: () => { trace.shift_s = Number(shift.value) || 0; this.draw(true); } });
+      const remove = node("button", { textContent: "Remove", onclick: () => { this.sources.traces = this.sources.traces.filter((other) => other !== trace); this.showTraces(); this.rebuild(); } });
+      return node("li", {}, node("label", {}, isShown, trace.name), node("label", {}, "shift ", shift, " s"), remove);
+    }));
   }
 
-  showCursors() {
-    const [a, b] = this.cursors;
-    if (a === null || b === null) return;
-    const nearest = (plot, at) => plot.data[0].reduce((best, x, i) => (Math.abs(x - at) < Math.abs(plot.data[0][best] - at) ? i : best), 0);
-    const deltas = this.plots.flatMap((plot) => {
-      const [i, j] = [nearest(plot, a), nearest(plot, b)];
-      // Null values give no difference.
-      return plot.shown.map(({ name, unit }, k) => `${name} ${digits((plot.data[k + 1][j] ?? NaN) - (plot.data[k + 1][i] ?? NaN))} ${unit}`);
+  /** Rows of the shown signals of the shown source in the window, for exports. */
+  table() {
+    const ring = this.rings().get(this.name), part = this.part(ring, this.window());
+    const names = [...new Set(this.keys().filter((key) => sourceOf(key) === this.name && this.has(key)).map(nameOf))];
+    const columns = names.map((name) => {
+      const known = ring.columns[ring.numbers.get(name)];
+      return { name, header: `${this.name}.${known?.header ?? name}`, signal: known?.signal ?? name, unit: this.unit(keyOf(name, this.name)), values: this.values(part, name) };
     });
-    const unit = by("view").value === "time" ? `s (${digits(1 / Math.abs(b - a))} Hz)` : "Hz";
-    by("cursors").textContent = `B − A: ${digits(b - a)} ${unit}; ${deltas.join(", ")}`;
-  }
-
-  export() {
-    const part = this.part();
-    if (!part) return;
-    const { rows, start, end } = part, columns = this.columns(rows);
-    const head = ["tick", "time_s (s)", ...columns.map(({ header }) => `${this.name}.${header}`)].join(",");
-    const lines = Array.from({ length: end - start }, (_, i) => {
-      const row = start + i, tick = rows.tick(row);
-      return [tick, Number((tick * rows.tick_s).toPrecision(12)), ...columns.map(({ column }) => rows.at(column, row))].join(",");
-    });
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([[head, ...lines].join("\n")], { type: "text/csv" }));
-    link.download = "scope.csv";
-    link.click();
-    URL.revokeObjectURL(link.href);
+    const rows = part.numbers.map((row, i) => ({ row, i })).filter(({ row }) => row !== null);
+    return { source: this.name, columns, period_s: ring.step * ring.tick_s, rows: rows.map(({ row, i }) => ({ tick: ring.tick(row), time_s: ring.tick(row) * ring.tick_s, values: columns.map(({ values }) => values[i]) })) };
   }
 }

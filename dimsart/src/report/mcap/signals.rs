@@ -43,10 +43,15 @@ pub(super) struct Source {
 }
 
 impl Field {
+    /// Returns the size of a word.
+    pub(crate) const fn word_bytes(&self) -> usize {
+        if self.is_single { size_of::<f32>() } else { size_of::<f64>() }
+    }
+
     /// Appends its words to a CDR message, aligned to their size.
     pub(crate) fn add(&self, message: &mut Vec<u8>, row: &[f64]) {
         let values = self.columns.iter().map(|column| row.get(*column).copied().unwrap_or(f64::NAN));
-        let size = if self.is_single { size_of::<f32>() } else { size_of::<f64>() };
+        let size = self.word_bytes();
         let body = message.len() - cdr::MARK.len();
         message.resize(cdr::MARK.len() + body.next_multiple_of(size), 0);
         for value in values {
