@@ -65,7 +65,7 @@ const ASSETS: [(&str, &str, &str); 31] = [
     ("/signal_list.js", "text/javascript", include_str!("page/assets/signal_list.js")),
     ("/sources.js", "text/javascript", include_str!("page/assets/sources.js")),
     ("/step_figures.js", "text/javascript", include_str!("page/assets/step_figures.js")),
-    ("/three.js", "text/javascript", include_str!("page/assets/three.min.js")),
+    ("/three.min.js", "text/javascript", include_str!("page/assets/three.min.js")),
     ("/trigger.js", "text/javascript", include_str!("page/assets/trigger.js")),
     ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),
     ("/uplot.js", "text/javascript", include_str!("page/assets/uPlot.iife.min.js")),

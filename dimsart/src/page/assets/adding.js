@@ -1,6 +1,6 @@
 // Dialog that adds a module: a searchable list of the controller's kinds.
 
-import { by, node } from "/dom.js";
+import { by, node } from "./dom.js";
 
 export class Adding {
   /** `add(kind, before)` adds a module before another one, or as the last one. */

@@ -1,8 +1,8 @@
 // Cursors A and B of the scope: lines in all plots, and a table of values and differences.
 
-import { digits } from "/device.js";
-import { by, node } from "/dom.js";
-import { line } from "/plots.js";
+import { digits } from "./device.js";
+import { by, node } from "./dom.js";
+import { line } from "./plots.js";
 
 const COLORS = ["#009e73", "#d55e00"];
 

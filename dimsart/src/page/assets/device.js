@@ -1,6 +1,6 @@
 // Animation of the device: a dial for each rotary axis, a slide for each linear axis, with reference and force.
 
-import { svgNode } from "/dom.js";
+import { svgNode } from "./dom.js";
 
 /** Formats a number with four digits. */
 export function digits(value) {

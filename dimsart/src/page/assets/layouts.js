@@ -1,6 +1,6 @@
 // Layout of the scope: in the address, so that a reload or a link shows the same, and by name in this browser.
 
-import { by, node } from "/dom.js";
+import { by, node } from "./dom.js";
 
 const STORED = "dimsart layouts";
 /** Fields that a layout consists of. */

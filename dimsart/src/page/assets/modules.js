@@ -1,9 +1,9 @@
 // The pending scheme as cards, one per module, and the bar that applies it.
 
-import { Adding } from "/adding.js";
-import { by, node } from "/dom.js";
-import { Pending } from "/pending.js";
-import { flag } from "/rows.js";
+import { Adding } from "./adding.js";
+import { by, node } from "./dom.js";
+import { Pending } from "./pending.js";
+import { flag } from "./rows.js";
 
 // Up to this number of modules, all cards are open.
 const FEW = 3;

@@ -3,13 +3,13 @@
 //   news ──▶ stations[n] ──▶ showState, Modules, Scheme, Scope, Device
 //   buttons, edits ──▶ ask(n, what) ──▶ answer
 
-import { DevicePicture } from "/device.js";
-import { by, node } from "/dom.js";
-import { Modules } from "/modules.js";
-import { drawScheme } from "/scheme.js";
-import { Recording } from "/recording.js";
-import { Scope } from "/scope.js";
-import { viewRecordings } from "/view.js";
+import { DevicePicture } from "./device.js";
+import { by, node } from "./dom.js";
+import { Modules } from "./modules.js";
+import { drawScheme } from "./scheme.js";
+import { Recording } from "./recording.js";
+import { Scope } from "./scope.js";
+import { viewRecordings } from "./view.js";
 
 const token = new URLSearchParams(location.search).get("token") ?? "";
 
@@ -269,7 +269,7 @@ async function showRobots() {
   if (!has || !by("robot-details").open) return;
   if (robots) return robots.show(stations);
   try {
-    const { Robots } = await import("/robots.js");
+    const { Robots } = await import("./robots.js");
     robots ??= new Robots(by("robot"), hold);
     robots.show(stations);
   } catch (error) {

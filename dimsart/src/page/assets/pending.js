@@ -4,7 +4,7 @@
 //   edit ──▶ dry run on the controller ──▶ history ──▶ Apply: one transaction
 //                                            ▲ undo, redo
 
-import { between, changes } from "/rows.js";
+import { between, changes } from "./rows.js";
 
 export class Pending {
   /** `ask(what)` sends an action to the controller; `changed()` is called after every change. */

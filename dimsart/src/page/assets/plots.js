@@ -1,8 +1,8 @@
 // The grid of plots: each shows signals of up to two units, over time or frequency. Signals are dropped on a plot.
 
-import { digits } from "/device.js";
-import { node } from "/dom.js";
-import { nameOf, sourceOf } from "/sources.js";
+import { digits } from "./device.js";
+import { node } from "./dom.js";
+import { nameOf, sourceOf } from "./sources.js";
 
 const HEIGHT = 190;
 export const DRAGGED = "text/x-dimsart-signal";

@@ -1,6 +1,6 @@
 // The button that records the shown station. The server records: closing this page does not end the recording.
 
-import { by } from "/dom.js";
+import { by } from "./dom.js";
 
 export class Recording {
   /** `record` starts or ends a recording; `say` shows a text. */

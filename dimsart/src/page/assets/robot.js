@@ -2,8 +2,8 @@
 
 import {
   ArrowHelper, BoxGeometry, CylinderGeometry, Group, Mesh, MeshStandardMaterial, Quaternion, SphereGeometry, TorusGeometry, Vector3,
-} from "/three.js";
-import { mechanism } from "/kinematics.js";
+} from "./three.min.js";
+import { mechanism } from "./kinematics.js";
 
 const FULL_ARC_RAD = 1.6;
 const Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);

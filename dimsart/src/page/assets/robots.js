@@ -3,10 +3,10 @@
 import {
   Box3, Color, GridHelper, Group, HemisphereLight, DirectionalLight, OrbitControls, PerspectiveCamera, Plane, Raycaster, Scene, Sphere, Vector2, Vector3,
   WebGLRenderer,
-} from "/three.js";
-import { node } from "/dom.js";
-import { follow } from "/kinematics.js";
-import { Robot } from "/robot.js";
+} from "./three.min.js";
+import { node } from "./dom.js";
+import { follow } from "./kinematics.js";
+import { Robot } from "./robot.js";
 
 const FRAME_MS = 33;
 const dark = matchMedia("(prefers-color-scheme: dark)");

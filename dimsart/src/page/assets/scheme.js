@@ -3,7 +3,7 @@
 //
 // A module's name opens its card, + adds a module, and a dot can be dragged to another signal that fits its port.
 
-import { svgNode } from "/dom.js";
+import { svgNode } from "./dom.js";
 
 const COLUMN = 88, ROW = 20, LEFT = 180, TOP = 92, RIGHT = 80;
 

@@ -4,19 +4,19 @@
 //                          ▲
 //                 Trigger, pan, hold
 
-import { digits } from "/device.js";
-import { by, node } from "/dom.js";
-import { Cursors } from "/cursors.js";
-import { exportCsv, exportMcap, exportPng } from "/export.js";
-import { spectrum } from "/fourier.js";
-import { Layouts } from "/layouts.js";
-import { parse } from "/math.js";
-import { Plots, labelOf } from "/plots.js";
-import { SignalList } from "/signal_list.js";
-import { Sources, decodeRecording, keyOf, nameOf, sourceOf } from "/sources.js";
-import { stepFigures } from "/step_figures.js";
-import { Trigger } from "/trigger.js";
-import { drawXy } from "/xy.js";
+import { digits } from "./device.js";
+import { by, node } from "./dom.js";
+import { Cursors } from "./cursors.js";
+import { exportCsv, exportMcap, exportPng } from "./export.js";
+import { spectrum } from "./fourier.js";
+import { Layouts } from "./layouts.js";
+import { parse } from "./math.js";
+import { Plots, labelOf } from "./plots.js";
+import { SignalList } from "./signal_list.js";
+import { Sources, decodeRecording, keyOf, nameOf, sourceOf } from "./sources.js";
+import { stepFigures } from "./step_figures.js";
+import { Trigger } from "./trigger.js";
+import { drawXy } from "./xy.js";
 
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9", "#8c564b", "#7f7f7f"];
 const LIKED = ["POSITION", "POSITION[0]", "DES_POSITION", "DES_POSITION[0]", "DES_FORCE", "DES_FORCE[0]"];

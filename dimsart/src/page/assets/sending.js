@@ -1,6 +1,6 @@
 // Selection of the signals that a controller sends if it cannot send all; it applies to every page.
 
-import { node } from "/dom.js";
+import { node } from "./dom.js";
 
 const button = (textContent, title, onclick) => node("button", { textContent, title, onclick });
 

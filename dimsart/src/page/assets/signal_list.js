@@ -1,10 +1,10 @@
 // The list of signals of the scope: each can be shown, or dragged to a plot. Other sources are folded.
 
-import { digits } from "/device.js";
-import { by, node } from "/dom.js";
-import { DRAGGED } from "/plots.js";
-import { offerSending } from "/sending.js";
-import { keyOf } from "/sources.js";
+import { digits } from "./device.js";
+import { by, node } from "./dom.js";
+import { DRAGGED } from "./plots.js";
+import { offerSending } from "./sending.js";
+import { keyOf } from "./sources.js";
 
 export class SignalList {
   /** `toggle(key, isOn)` shows or hides a signal; `choose(names)` selects the signals that the device sends. */

@@ -1,6 +1,6 @@
 // Sources of the scope: the rows of live controllers or of a recording, by name, and stored traces to compare with.
 
-import { Ring } from "/ring.js";
+import { Ring } from "./ring.js";
 
 /** Key of a signal of a source. Signal names contain no @. */
 export const keyOf = (name, source) => `${name}@${source}`;

@@ -1,6 +1,6 @@
 // The trigger of the scope: finds an edge in new rows, and fires when the window around it is complete.
 
-import { by } from "/dom.js";
+import { by } from "./dom.js";
 
 export class Trigger {
   /** `change` is called after a change of the settings. */

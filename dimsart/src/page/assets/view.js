@@ -1,7 +1,7 @@
 // Recordings in place of controllers, as `dimsart view` serves them.
 
-import { by, node } from "/dom.js";
-import { decodeRecording } from "/sources.js";
+import { by, node } from "./dom.js";
+import { decodeRecording } from "./sources.js";
 
 const AGAIN_MS = 500;
 

@@ -1,6 +1,6 @@
 // XY plot of two signals.
 
-import { digits } from "/device.js";
+import { digits } from "./device.js";
 
 /** Draws `y` over `x`; a null value interrupts the line. */
 export function drawXy(canvas, columns, x, y) {
