@@ -18,6 +18,7 @@ mod page_device;
 mod recorded;
 pub(crate) mod station;
 mod token;
+mod tuning;
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -31,7 +32,9 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use dimsart_core::ModuleKinds;
 use serde::Deserialize;
+use tokio::task::JoinError;
 
 use connections::{Connections, HasSocket};
 pub use page_device::{OpenLine, ReferenceOverrideFn};
@@ -39,7 +42,7 @@ pub use recorded::Recording;
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.
-const ASSETS: [(&str, &str, &str); 31] = [
+const ASSETS: [(&str, &str, &str); 34] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/adding.js", "text/javascript", include_str!("page/assets/adding.js")),
@@ -48,12 +51,14 @@ const ASSETS: [(&str, &str, &str); 31] = [
     ("/dom.js", "text/javascript", include_str!("page/assets/dom.js")),
     ("/export.js", "text/javascript", include_str!("page/assets/export.js")),
     ("/fourier.js", "text/javascript", include_str!("page/assets/fourier.js")),
+    ("/gains.js", "text/javascript", include_str!("page/assets/gains.js")),
     ("/kinematics.js", "text/javascript", include_str!("page/assets/kinematics.js")),
     ("/layouts.js", "text/javascript", include_str!("page/assets/layouts.js")),
     ("/math.js", "text/javascript", include_str!("page/assets/math.js")),
     ("/modules.js", "text/javascript", include_str!("page/assets/modules.js")),
     ("/pending.js", "text/javascript", include_str!("page/assets/pending.js")),
     ("/plots.js", "text/javascript", include_str!("page/assets/plots.js")),
+    ("/presets.js", "text/javascript", include_str!("page/assets/presets.js")),
     ("/recording.js", "text/javascript", include_str!("page/assets/recording.js")),
     ("/ring.js", "text/javascript", include_str!("page/assets/ring.js")),
     ("/robot.js", "text/javascript", include_str!("page/assets/robot.js")),
@@ -67,6 +72,7 @@ const ASSETS: [(&str, &str, &str); 31] = [
     ("/step_figures.js", "text/javascript", include_str!("page/assets/step_figures.js")),
     ("/three.min.js", "text/javascript", include_str!("page/assets/three.min.js")),
     ("/trigger.js", "text/javascript", include_str!("page/assets/trigger.js")),
+    ("/tuning.js", "text/javascript", include_str!("page/assets/tuning.js")),
     ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),
     ("/uplot.js", "text/javascript", include_str!("page/assets/uPlot.iife.min.js")),
     ("/view.js", "text/javascript", include_str!("page/assets/view.js")),
@@ -95,6 +101,8 @@ struct Site {
     port: u16,
     stations: Vec<Station>,
     recordings: Vec<Recording>,
+    /// Module kinds of this program.
+    kinds: ModuleKinds,
 }
 
 impl Page {
@@ -106,27 +114,32 @@ impl Page {
         TcpListener::bind((Ipv4Addr::LOCALHOST, port))
     }
 
-    /// Serves the page of these controllers on a [listener](Self::listen).
+    /// Serves the page of these controllers on a [listener](Self::listen); trials of gains use the module `kinds`.
     ///
     /// # Errors
     /// An error of the system.
-    pub fn serve(stations: Vec<Station>, listener: TcpListener) -> io::Result<Self> {
-        Self::start(stations, Vec::new(), listener)
+    pub fn serve(stations: Vec<Station>, kinds: ModuleKinds, listener: TcpListener) -> io::Result<Self> {
+        Self::start(stations, Vec::new(), kinds, listener)
     }
 
     /// Serves the scope of recordings on a [listener](Self::listen): the first is shown, the others are compared with it.
     ///
     /// # Errors
     /// An error of the system.
-    pub fn view(recordings: Vec<Recording>, listener: TcpListener) -> io::Result<Self> {
-        Self::start(Vec::new(), recordings, listener)
+    pub fn view(recordings: Vec<Recording>, kinds: ModuleKinds, listener: TcpListener) -> io::Result<Self> {
+        Self::start(Vec::new(), recordings, kinds, listener)
     }
 
-    fn start(stations: Vec<Station>, recordings: Vec<Recording>, listener: TcpListener) -> io::Result<Self> {
+    fn start(
+        stations: Vec<Station>,
+        recordings: Vec<Recording>,
+        kinds: ModuleKinds,
+        listener: TcpListener,
+    ) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         let token = token::token()?;
-        let site = Arc::new(Site { token, port: address.port(), stations, recordings });
+        let site = Arc::new(Site { token, port: address.port(), stations, recordings, kinds });
         let served = Arc::clone(&site);
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         thread::spawn(move || {
@@ -160,6 +173,8 @@ fn router(site: Arc<Site>) -> Router {
         .route("/replayed", get(replayed))
         .route("/recording", post(load_recording))
         .route("/export", post(export))
+        .route("/identify", post(identify))
+        .route("/trial", post(trial))
         .layer(DefaultBodyLimit::max(MAX_RECORDING_BYTES));
     for (path, kind, content) in ASSETS {
         router = router.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }));
@@ -250,11 +265,7 @@ async fn load_recording(
         return no_token();
     }
     // A STOP must not wait for a large file.
-    match tokio::task::spawn_blocking(move || recorded::load(&content)).await {
-        Ok(Ok(bytes)) => binary(bytes),
-        Ok(Err(reason)) => (StatusCode::BAD_REQUEST, reason).into_response(),
-        Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
-    }
+    answer(tokio::task::spawn_blocking(move || recorded::load(&content)).await)
 }
 
 /// Writes signals of the page as MCAP.
@@ -263,12 +274,42 @@ async fn export(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, conte
         return no_token();
     }
     let write = move || {
-        let export: recorded::Export = serde_json::from_slice(&content).map_err(io::Error::other)?;
-        export.mcap()
+        let export: recorded::Export = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
+        export.mcap().map_err(|error| error.to_string())
     };
-    match tokio::task::spawn_blocking(write).await {
+    answer(tokio::task::spawn_blocking(write).await)
+}
+
+/// Identifies a joint from rows.
+async fn identify(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, content: Bytes) -> Response {
+    if !site.lets_in(&entry) {
+        return no_token();
+    }
+    let work = move || {
+        let rows: tuning::Rows = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
+        serde_json::to_vec(&rows.identify()?).map_err(|error| error.to_string())
+    };
+    answer(tokio::task::spawn_blocking(work).await)
+}
+
+/// Simulates a step with an identified joint, and sends its signals.
+async fn trial(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, content: Bytes) -> Response {
+    if !site.lets_in(&entry) {
+        return no_token();
+    }
+    let kinds = site.kinds;
+    let work = move || {
+        let trial: tuning::Trial = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
+        Ok(recorded::encode(&[trial.run(kinds)?]))
+    };
+    answer(tokio::task::spawn_blocking(work).await)
+}
+
+/// Sends the result of a request, or the reason of its refusal.
+fn answer(done: Result<Result<Vec<u8>, String>, JoinError>) -> Response {
+    match done {
         Ok(Ok(bytes)) => binary(bytes),
-        Ok(Err(error)) => (StatusCode::BAD_REQUEST, error.to_string()).into_response(),
+        Ok(Err(reason)) => (StatusCode::BAD_REQUEST, reason).into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),
     }
 }

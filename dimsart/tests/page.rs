@@ -114,7 +114,7 @@ impl Served {
             recordings: folder,
         };
         let stations = vec![Station::new(0, "joint", access).unwrap()];
-        let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
+        let page = Page::serve(stations, dimsart_modules::ALL, Page::listen(0).unwrap()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let running = Some(thread::spawn(move || live.run(&flag, |_| ())));

@@ -18,12 +18,14 @@
 //! A parameter that the motion cannot separate from the others has no estimate.
 
 mod least_squares;
+mod margins;
 mod response;
 #[cfg(test)]
 mod tests;
 mod truth;
 mod windows;
 
+pub use margins::{LoopMargins, loop_margins};
 pub use response::{FrequencyPoint, ResponseTooShort, frequency_response};
 pub use truth::{true_arm_joint_parameters, true_parameters};
 
@@ -77,6 +79,22 @@ pub enum Quantity {
     Constant,
     /// Additional delay of the recorded force, `s`: sensors, amplifier.
     Lateness,
+}
+
+impl Quantity {
+    /// Returns the unit of the quantity for a rotary or linear joint.
+    #[must_use]
+    pub const fn unit(self, is_rotary: bool) -> &'static str {
+        match (self, is_rotary) {
+            (Self::Inertia, true) => "kg·m²",
+            (Self::Inertia, false) => "kg",
+            (Self::Viscous, true) => "N·m·s/rad",
+            (Self::Viscous, false) => "N·s/m",
+            (Self::Coulomb | Self::WeightSine | Self::WeightCosine | Self::Constant, true) => "N·m",
+            (Self::Coulomb | Self::WeightSine | Self::WeightCosine | Self::Constant, false) => "N",
+            (Self::Lateness, _) => "s",
+        }
+    }
 }
 
 impl std::fmt::Display for Quantity {

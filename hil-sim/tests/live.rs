@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use dimsart_core::{Command, TickResult, types};
 use dimsart_link::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use hil_sim::pipe::Pipe;
-use hil_sim::response::LiveRig;
+use hil_sim::response::{Held, LiveRig, ReferenceOverride};
 use hil_sim::rig_file::ControllerAxes;
 use hil_sim::rig_file::{MoveSection, RigFile, SHIPPED};
 use std::io::Write;
@@ -239,4 +239,48 @@ fn what_can_be_held_is_known_by_name() {
     let file = RigFile::read(RigFile::shipped("joint").unwrap(), "joint", PathBuf::new(), &[]).unwrap();
     let (live, _lines) = LiveRig::new(&file).unwrap();
     assert_eq!(live.references(0), ["DES_POSITION[0]"]);
+}
+
+/// The bench checks in every tick that the reference does not jump.
+#[test]
+fn a_preset_and_an_excitation_start_and_end_without_a_jump() {
+    let mut bench = Bench::new("joint", &["experiment.move.0.step.amplitude=0"]);
+    let hand = bench.live.reference_overrides();
+    let hold = |held| {
+        hand.send(ReferenceOverride { station: 0, signal: "DES_POSITION".to_owned(), axis: 0, held })
+            .unwrap();
+    };
+    bench.arm();
+    bench.run(1.5);
+    hold(Held::GoTo(1.2));
+    bench.run(2.5);
+    let position = |bench: &mut Bench| bench.live.rig_mut().stations()[0].position()[0];
+    assert!((position(&mut bench) - 1.2).abs() < 0.02, "{}", position(&mut bench));
+    // At most 2 pi * 0.5 Hz * 0.3 rad = 0.94 rad/s, and the load of the experiment acts meanwhile.
+    hold(Held::Excited("chirp 0.3 0.1 0.5 4".parse().unwrap()));
+    let (mut least, mut greatest) = (f32::INFINITY, f32::NEG_INFINITY);
+    for _ in 0..40 {
+        bench.run(0.1);
+        (least, greatest) = (least.min(position(&mut bench)), greatest.max(position(&mut bench)));
+    }
+    assert!(least < 1.0 && greatest > 1.4, "{least} {greatest}");
+    bench.run(3.0);
+    assert!(position(&mut bench).abs() < 0.05, "{}", position(&mut bench));
+}
+
+#[test]
+fn a_user_moves_the_hand_of_a_disarmed_master() {
+    let mut bench = Bench::new("telerobot", &[]);
+    assert_eq!(bench.live.references(0), ["hand[0]"]);
+    let hand = bench.live.reference_overrides();
+    let hold = |held| {
+        hand.send(ReferenceOverride { station: 0, signal: "hand".to_owned(), axis: 0, held }).unwrap();
+    };
+    hold(Held::At(0.08));
+    bench.run(4.0);
+    let position = |bench: &mut Bench| bench.live.rig_mut().stations()[0].position()[0];
+    assert!((position(&mut bench) - 0.08).abs() < 0.002, "{}", position(&mut bench));
+    hold(Held::Released);
+    bench.run(4.0);
+    assert!(position(&mut bench).abs() < 0.002, "{}", position(&mut bench));
 }

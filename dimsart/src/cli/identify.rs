@@ -154,7 +154,7 @@ impl Identify {
         }
         let points = points.unwrap_or_default();
         if !self.no_picture && !points.is_empty() {
-            let [unit, _] = units(turns);
+            let unit = response_unit(turns);
             let title = format!("{}: position over force, as recorded", joint.name);
             let bode = Bode { title, unit: unit.to_owned(), points: points.clone() };
             let svg = report::write_bode(folder, &bode)?;
@@ -254,9 +254,9 @@ fn force_timing(is_measured: bool, device: &DeviceSection) -> ForceTiming {
     if is_measured { ForceTiming::Measured } else { ForceTiming::Held { delay_ticks: device.delay_ticks } }
 }
 
-/// Units of the frequency response and of a force.
-const fn units(turns: bool) -> [&'static str; 2] {
-    if turns { ["rad/(N·m)", "N·m"] } else { ["m/N", "N"] }
+/// Unit of the frequency response.
+const fn response_unit(turns: bool) -> &'static str {
+    if turns { "rad/(N·m)" } else { "m/N" }
 }
 
 fn print(
@@ -283,21 +283,9 @@ fn print(
         let off = known.zip(*value).filter(|(truth, _)| truth.abs() > NOTHING);
         let off = off
             .map_or(String::new(), |(truth, (value, _))| format!("{:.2} %", 100.0 * (value / truth - 1.0)));
-        let unit = unit(*quantity, joint.turns);
+        let unit = quantity.unit(joint.turns);
         let truth = known.map_or("-".to_owned(), |truth| format!("{truth:.5}"));
         table.add_row([quantity.to_string(), unit.to_owned(), estimate, half_width, truth, off]);
     }
     writeln!(out, "{table}")
-}
-
-fn unit(quantity: Quantity, turns: bool) -> &'static str {
-    let [_, force] = units(turns);
-    match quantity {
-        Quantity::Inertia if turns => "kg·m²",
-        Quantity::Inertia => "kg",
-        Quantity::Viscous if turns => "N·m·s/rad",
-        Quantity::Viscous => "N·s/m",
-        Quantity::Coulomb | Quantity::WeightSine | Quantity::WeightCosine | Quantity::Constant => force,
-        Quantity::Lateness => "s",
-    }
 }

@@ -203,7 +203,7 @@ impl Serve {
             let recordings = Some(self.recordings.clone());
             Station::new(number, name, Access { port, open, kinds, baud, hand, geometry, recordings })
         });
-        let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
+        let page = Page::serve(stations.collect::<Result<_, _>>()?, kinds, listener)?;
         writeln!(out, "page: {}", page.url())?;
         out.flush()?;
         Ok(Some(page))
@@ -235,13 +235,13 @@ struct SimulatedStation {
 
 /// Holds references of a station.
 fn holder(station: usize, hand: Sender<ReferenceOverride>, known: Vec<String>) -> ReferenceOverrideFn {
-    Box::new(move |signal, axis, value| {
+    Box::new(move |signal, axis, held| {
         let reference = format!("{signal}[{axis}]");
         if !known.contains(&reference) {
             return Err(format!("unknown reference {reference}; {}", suggestion(&reference, &known)));
         }
         // The rig ends with the page.
-        let _ = hand.send(ReferenceOverride { station, signal, axis, value });
+        let _ = hand.send(ReferenceOverride { station, signal, axis, held });
         Ok(())
     })
 }

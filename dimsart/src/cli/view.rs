@@ -42,7 +42,7 @@ impl View {
     pub(super) fn execute(self, kinds: ModuleKinds, out: &mut impl Write) -> Ending {
         let stop = stop_on_interrupt()?;
         let recordings: Result<_, _> = self.files.iter().map(|file| Recording::open(file, kinds)).collect();
-        let page = Page::view(recordings?, page_listener(self.page_port)?)?;
+        let page = Page::view(recordings?, kinds, page_listener(self.page_port)?)?;
         writeln!(out, "page: {} (until Ctrl-C)", page.url())?;
         out.flush()?;
         while !stop.load(Ordering::Relaxed) {

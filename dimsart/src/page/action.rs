@@ -5,6 +5,7 @@ use serde_json::Value;
 
 use super::page_device::{PageDevice, ReferenceOverrideFn};
 use crate::connect::{ALL_DESTINATIONS, ConnectError, FindingReport, Overview, Presence};
+use hil_sim::response::Held;
 use hil_sim::schemes::SchemeText;
 
 /// A requested action.
@@ -59,6 +60,16 @@ pub(crate) enum Action {
         axis: usize,
         /// A number as text: as an edit's value, and because serde reads no fractions in tagged enums.
         value: Option<String>,
+        /// Whether it moves there at limited speed.
+        #[serde(default)]
+        ramp: bool,
+    },
+    /// Excites a reference of a simulated device for a limited time, then releases it.
+    Excite {
+        signal: String,
+        axis: usize,
+        /// An [`Excitation`](hil_sim::response::Excitation) as text.
+        excitation: String,
     },
 }
 
@@ -121,13 +132,18 @@ impl Action {
             Self::Confirm => text(device.confirm()?),
             Self::RollBack => text(device.roll_back()?),
             Self::Rows => text(device.scheme_rows(None)?),
-            Self::Hold { signal, axis, value } => {
-                let no_hand =
-                    || ConnectError::InvalidWord("a reference can be held only in a simulation".to_owned());
+            Self::Hold { signal, axis, value, ramp } => {
                 let no_number = |_| ConnectError::InvalidWord("invalid reference: not a number".to_owned());
-                let value = value.map(|value| value.parse().map_err(no_number)).transpose()?;
-                hand.ok_or_else(no_hand)?(signal, axis, value).map_err(ConnectError::InvalidWord)?;
-                Value::Null
+                let held = match value {
+                    Some(value) if ramp => Held::GoTo(value.parse().map_err(no_number)?),
+                    Some(value) => Held::At(value.parse().map_err(no_number)?),
+                    None => Held::Released,
+                };
+                hold(hand, signal, axis, held)?
+            }
+            Self::Excite { signal, axis, excitation } => {
+                let excitation = excitation.parse().map_err(ConnectError::InvalidWord)?;
+                hold(hand, signal, axis, Held::Excited(excitation))?
             }
             // Handled by threads of the station.
             Self::Record { .. } | Self::Stream { .. } => Value::Null,
@@ -136,6 +152,15 @@ impl Action {
 }
 
 impl Action {
+    /// Returns the reference that the action holds or releases: signal, axis, and whether it is held.
+    pub(super) fn held(&self) -> Option<(&str, usize, bool)> {
+        match self {
+            Self::Hold { signal, axis, value, .. } => Some((signal, *axis, value.is_some())),
+            Self::Excite { signal, axis, .. } => Some((signal, *axis, true)),
+            _ => None,
+        }
+    }
+
     /// Returns whether the action is reserved for the holder of the lease.
     pub(super) fn changes(&self) -> bool {
         let lets_go = matches!(self, Self::Hold { value: None, .. });
@@ -158,6 +183,18 @@ impl Edit {
         };
         Ok(outcome.to_string())
     }
+}
+
+/// Holds, excites or releases a reference of a simulated device.
+fn hold(
+    hand: Option<&ReferenceOverrideFn>,
+    signal: String,
+    axis: usize,
+    held: Held,
+) -> Result<Value, ConnectError> {
+    let no_hand = || ConnectError::InvalidWord("a reference can be held only in a simulation".to_owned());
+    hand.ok_or_else(no_hand)?(signal, axis, held).map_err(ConnectError::InvalidWord)?;
+    Ok(Value::Null)
 }
 
 fn transaction(

@@ -2,6 +2,7 @@
 
 use crate::connect::{ConnectError, Device};
 use hil_sim::link::Stream;
+use hil_sim::response::Held;
 
 /// A controller at the other end of any line.
 pub(super) type PageDevice = Device<Box<dyn Stream>>;
@@ -9,5 +10,5 @@ pub(super) type PageDevice = Device<Box<dyn Stream>>;
 /// Opens a line to the controller.
 pub type OpenLine = Box<dyn Fn() -> Result<Box<dyn Stream>, ConnectError> + Send + Sync>;
 
-/// Holds a reference of a simulated device, given by signal, axis and value; `None` releases it.
-pub type ReferenceOverrideFn = Box<dyn Fn(String, usize, Option<f32>) -> Result<(), String> + Send>;
+/// Holds, excites or releases a reference of a simulated device, given by signal and axis.
+pub type ReferenceOverrideFn = Box<dyn Fn(String, usize, Held) -> Result<(), String> + Send>;

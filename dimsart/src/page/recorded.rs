@@ -98,7 +98,7 @@ struct LayoutHeader<'a> {
 
 /// Encodes signals for the page: length of the header `u32`, header (JSON), 0 to 3 zero bytes; then for each source the ticks
 /// `u32` and the columns `f32`. Little endian.
-fn encode(sources: &[RecordedSignals]) -> Vec<u8> {
+pub(super) fn encode(sources: &[RecordedSignals]) -> Vec<u8> {
     let headers = sources.iter().map(|source| SourceHeader {
         name: &source.name,
         layout: LayoutHeader { number: 0, every_ticks: source.every_ticks(), signals: &source.signals },

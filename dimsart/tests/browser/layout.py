@@ -22,6 +22,13 @@ FOUND = """() => {
         const [a, b] = [one, other].map((element) => element.getBoundingClientRect());
         if (a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 1 && b.top < a.bottom - 1) found.push(`${name(one)} overlaps ${name(other)}`);
     }));
+    for (const name of document.querySelectorAll(".parameter > span:first-child")) {
+        const values = name.nextElementSibling.getBoundingClientRect(), own = name.getBoundingClientRect();
+        const text = document.createRange();
+        text.selectNodeContents(name);
+        const right = text.getBoundingClientRect().right;
+        if (seen(name) && right > values.left + 1 && own.top < values.bottom && values.top < own.bottom) found.push(`${name.textContent} is behind its values`);
+    }
     for (const svg of document.querySelectorAll("#device svg")) {
         const box = svg.getBoundingClientRect();
         for (const text of svg.querySelectorAll("text")) {

@@ -13,10 +13,12 @@ from pathlib import Path
 
 from playwright.sync_api import expect, sync_playwright
 
+import access
 import editor
 import layout
 import robot
 import scope
+import tuning
 
 DIMSART, FOLDER = sys.argv[1], Path(sys.argv[2])
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
@@ -412,6 +414,8 @@ def layouts(browser, errors):
     for rig in ("joint", "arm", "phantom", "telerobot"):
         server = Server(rig)
         layout.hold(browser, server.url, rig, step, errors)
+        if rig in ("arm", "telerobot"):
+            access.hold(browser, server.url, rig, step, errors)
         server.kill()
 
 
@@ -454,6 +458,9 @@ def main():
         usable_s = joint(browser, errors)
         editor_of_schemes(browser, errors)
         scope.scope(browser, Server, lambda *files: Server(files=files), DIMSART, step, errors, FOLDER)
+        server = Server("identify")
+        tuning.tune(browser, server.url, step, errors, FOLDER)
+        server.kill()
         layouts(browser, errors)
         seven(browser, errors)
         browser.close()

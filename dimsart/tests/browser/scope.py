@@ -10,6 +10,8 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from playwright.sync_api import expect
 
+import tuning
+
 
 def opened(browser, url, errors, **more):
     page = browser.new_page(viewport={"width": 1440, "height": 1400}, color_scheme="light", **more)
@@ -229,6 +231,7 @@ def scope(browser, serve, serve_recordings, dimsart, step, errors, folder):
     cursors(page, step)
     traces(page, step)
     exports(page, step, folder)
+    tuning.presets(page, step)
     page.close()
     server.kill()
     server = serve("telerobot")

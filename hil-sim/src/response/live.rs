@@ -20,6 +20,7 @@ use dimsart_link::protocol::{
 };
 
 use super::build;
+use super::excitation::Held;
 use super::press::{self, Planned, release_times_s};
 use super::references::References;
 use crate::clock;
@@ -66,8 +67,8 @@ pub struct ReferenceOverride {
     pub signal: String,
     /// Axis of the controller.
     pub axis: usize,
-    /// Held value; `None` returns it to the experiment.
-    pub value: Option<f32>,
+    /// Requested state of the reference.
+    pub held: Held,
 }
 
 /// State of a simulated controller beyond its engine, as in the firmware of a board.
@@ -156,8 +157,8 @@ impl LiveRig {
 
     /// Runs one tick of all controllers and devices; `late_ticks` is the number of late ticks so far.
     pub fn step(&mut self, late_ticks: u64, mut say: impl FnMut(String)) {
-        while let Ok(ReferenceOverride { station, signal, axis, value }) = self.holds.try_recv() {
-            self.references.hold(station, &signal, axis, value, &self.rig);
+        while let Ok(ReferenceOverride { station, signal, axis, held }) = self.holds.try_recv() {
+            self.references.hold(station, &signal, axis, held, &self.rig);
         }
         let tick = self.rig.ticks();
         let mut is_due = Vec::new();

@@ -8,6 +8,7 @@
 
 use dimsart_core::{TickResult, types};
 
+use super::excitation::Held;
 use super::held_hand::HeldHand;
 use super::moves::motions;
 use crate::experiment::ExperimentError;
@@ -50,6 +51,8 @@ struct Reference {
     max_speed: f64,
     /// Set by a user, in place of the experiment.
     held: Option<f64>,
+    /// Excitation by a user around the held value, with its start and end, `s`.
+    excitation: Option<(Motion, [f64; 2])>,
     /// `None` while the controller does not command its device.
     approach: Option<Approach>,
 }
@@ -117,23 +120,38 @@ impl References {
         references.chain(self.hands.iter().map(|hand| (hand.station, HAND, hand.axis)))
     }
 
-    /// Holds a reference at a value; `None` returns it to the experiment. Other references are unchanged.
-    pub(super) fn hold(&mut self, station: usize, signal: &str, axis: usize, value: Option<f32>, rig: &Rig) {
+    /// Holds, excites or releases a reference. Other references are unchanged.
+    pub(super) fn hold(&mut self, station: usize, signal: &str, axis: usize, held: Held, rig: &Rig) {
         if signal == HAND {
             let hand = self.hands.iter_mut().find(|hand| hand.station == station && hand.axis == axis);
-            let value = value.filter(|value| value.is_finite()).map(f64::from);
+            let value = match held {
+                Held::At(value) | Held::GoTo(value) if value.is_finite() => Some(f64::from(value)),
+                Held::Released | Held::At(_) | Held::GoTo(_) | Held::Excited(_) => None,
+            };
             return hand.into_iter().for_each(|hand| hand.hold(value));
         }
         let found = self.all.iter_mut().find(|reference| {
             reference.station == station && reference.axis == axis && reference.signal == signal
         });
         let Some(reference) = found else { return };
-        reference.held = value.filter(|value| value.is_finite()).map(f64::from);
-        if reference.held.is_none() && reference.approach.is_some() {
-            // It returns without a jump.
-            let base = reference.base(&self.repetition, rig.time_s());
-            let offset = reference.shown(rig).unwrap_or(base) - base;
-            reference.approach = Some(Approach::from(offset, reference.max_speed));
+        reference.excitation = None;
+        match held {
+            Held::At(value) if value.is_finite() => reference.held = Some(value.into()),
+            Held::GoTo(value) if value.is_finite() => {
+                let value = f64::from(value);
+                let offset = reference.shown(rig).unwrap_or(value) - value;
+                reference.held = Some(value);
+                if reference.approach.is_some() {
+                    reference.approach = Some(Approach::from(offset, reference.max_speed));
+                }
+            }
+            Held::Released | Held::At(_) | Held::GoTo(_) => reference.release(&self.repetition, rig),
+            Held::Excited(excitation) => {
+                let (now_s, shown) = (rig.time_s(), reference.shown(rig));
+                reference.held = shown.or(reference.held);
+                let end_s = now_s + excitation.duration_s();
+                reference.excitation = excitation.motion().map(|motion| (motion, [now_s, end_s]));
+            }
         }
     }
 
@@ -157,6 +175,10 @@ impl References {
             }
         }
         for reference in &mut self.all {
+            if reference.excitation.as_ref().is_some_and(|(_, [_, end_s])| time_s >= *end_s) {
+                reference.excitation = None;
+                reference.release(&self.repetition, rig);
+            }
             let (station, is_commanded) = (reference.station, commands(rig, reference.commanded_by()));
             let shown = reference.next(is_commanded, &self.repetition, time_s, self.period_s, rig);
             if let Some(station) = rig.stations_mut().get_mut(station) {
@@ -206,6 +228,7 @@ impl Reference {
                     start,
                     max_speed: if is_position { max_speed(unit) } else { f64::INFINITY },
                     held: None,
+                    excitation: None,
                     approach: None,
                 });
             }
@@ -229,7 +252,19 @@ impl Reference {
 
     /// Target value.
     fn base(&self, repetition: &Repetition, time_s: f64) -> f64 {
-        self.held.unwrap_or_else(|| repetition.value(time_s, |time_s| sum_at(&self.motions, time_s)))
+        let base =
+            self.held.unwrap_or_else(|| repetition.value(time_s, |time_s| sum_at(&self.motions, time_s)));
+        base + self.excitation.as_ref().map_or(0.0, |(motion, [start_s, _])| motion.at(time_s - start_s))
+    }
+
+    /// Returns a reference to the experiment, without a jump.
+    fn release(&mut self, repetition: &Repetition, rig: &Rig) {
+        self.held = None;
+        if self.approach.is_some() {
+            let base = self.base(repetition, rig.time_s());
+            let offset = self.shown(rig).unwrap_or(base) - base;
+            self.approach = Some(Approach::from(offset, self.max_speed));
+        }
     }
 
     fn next(

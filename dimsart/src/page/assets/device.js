@@ -79,7 +79,7 @@ export class DevicePicture {
     this.largest = identity.axes.map(() => ({ position: 1e-3, force: 1e-6 }));
     const columns = Math.min(3, identity.axes.length);
     const rows = Math.ceil(identity.axes.length / columns);
-    const svg = svgNode("svg", { viewBox: `0 0 ${SIZE * columns} ${(SIZE + TEXTS) * rows}`, role: "img" });
+    const svg = svgNode("svg", { viewBox: `0 0 ${SIZE * columns} ${(SIZE + TEXTS) * rows}`, role: "group", "aria-label": "axes of the device" });
     this.axes = identity.axes.map((kind, axis) => {
       const group = svgNode("g", {
         transform: `translate(${SIZE * (axis % columns)} ${(SIZE + TEXTS) * Math.floor(axis / columns)})`,

@@ -7,8 +7,10 @@ import { DevicePicture } from "./device.js";
 import { by, node } from "./dom.js";
 import { Modules } from "./modules.js";
 import { drawScheme } from "./scheme.js";
+import { Presets } from "./presets.js";
 import { Recording } from "./recording.js";
 import { Scope } from "./scope.js";
+import { Tuning } from "./tuning.js";
 import { viewRecordings } from "./view.js";
 
 const token = new URLSearchParams(location.search).get("token") ?? "";
@@ -27,6 +29,8 @@ const recording = new Recording((on) => record(on), say);
 const device = new DevicePicture(by("device"), hold);
 let robots = null;
 const modules = new Modules(ask, say, () => showScheme());
+const presets = new Presets((what) => ask(shown, what), () => scope.last(shown)?.get("POSITION")?.values, say);
+const tuning = new Tuning((what) => ask(shown, what), scope, modules, say, token);
 
 const isOpen = () => socket?.readyState === WebSocket.OPEN;
 const isMine = (here) => isOpen() && !here.gone && client !== null && here.status?.holder === client;
@@ -158,6 +162,8 @@ function show(kind, station = shown) {
     // Clears the view of a station without news.
     modules.show(shown, here);
     device.show(shown, here.overview?.identity);
+    tuning.show(here);
+    presets.show(here);
     showScheme();
   }
   if (!kind || kind === "events") showEvents(here.events);
@@ -229,6 +235,8 @@ function showState(here) {
   modules.allow(why);
   device.allow(why);
   robots?.allow(why);
+  tuning.allow(why, isHeld);
+  presets.allow(why || (isHeld ? "" : "arm the controller first"));
   const status = here.overview?.status, identity = here.overview?.identity;
   const bound = status?.timing?.bound_cycles;
   const cycles = (count) => (count == null ? null : `${count} cycles`);

@@ -8,10 +8,11 @@ const HEIGHT = 190;
 export const DRAGGED = "text/x-dimsart-signal";
 
 export class Plots {
-  /** `drop(key, panel)` is called when a signal is dropped on a plot, or with panel -1 on the space for a new plot. */
+  /** `drop(key, panel)` is called when a signal is dropped on a plot, or with panel -1 on the space for a new plot; null disables it. */
   constructor(place, cursors, drop) {
     Object.assign(this, { place, cursors, drop, all: [], zoom: false });
     this.space = node("div", { className: "new-plot", textContent: "drop a signal here for a new plot" });
+    this.space.hidden = !drop;
     this.accept(this.space, -1);
   }
 

@@ -397,20 +397,16 @@ export class Scope {
     if (!this.ring()?.count && !this.held) return;
     const { from_s, to_s, zero_s } = this.window();
     const copies = new Map([...this.rings()].map(([name, ring]) => [name, ring.copy(ring.findSeconds(from_s), ring.findSeconds(to_s))]));
-    this.sources.keep(copies, zero_s);
-    this.showTraces();
-    this.rebuild();
+    this.addTrace(copies, zero_s);
   }
 
-  /** Loads a recording (MCAP) as a trace: its start is at the zero of the plots. */
+  /** Loads a recording (MCAP) as a trace. */
   async load(file) {
     if (!file) return;
     const response = await fetch(`/recording?token=${this.token}`, { method: "POST", body: file });
     if (!response.ok) throw new Error(`${file.name}: ${await response.text()}`);
     const rings = decodeRecording(await response.arrayBuffer());
-    this.sources.keep(rings, Math.min(...[...rings.values()].map(({ start_s }) => start_s)), file.name);
-    this.showTraces();
-    this.rebuild();
+    this.align(rings, Math.min(...[...rings.values()].map(({ start_s }) => start_s)), file.name);
   }
 
   /** Shows recordings in place of live controllers: the first as source, further ones as traces. */
@@ -422,6 +418,7 @@ export class Scope {
     const zero_s = Math.min(...this.sources.rings.map(({ start_s }) => start_s));
     const to_s = Math.max(...this.sources.rings.map((ring) => ring.seconds(ring.count - 1) + ring.step * ring.tick_s));
     this.held = { rings, to_s, zero_s, isTriggered: false };
+    this.isRecorded = true;
     for (const other of others) this.sources.keep(other.rings, Math.min(...[...other.rings.values()].map(({ start_s }) => start_s)), other.name);
     by("window").value = "all";
     this.choosePanels(this.sources.rings[0]);
@@ -435,6 +432,34 @@ export class Scope {
   mark(marks) {
     this.plots.marks = marks.map(({ time_s, text }) => ({ at: time_s - this.held.zero_s, text }));
     this.draw(true);
+  }
+
+  /** Adds rows as a trace; `zero_s` is its time at a trigger. Without a trigger, it ends where the plots end. */
+  align(rings, zero_s, name) {
+    const end_s = Math.max(...[...rings.values()].map((ring) => ring.seconds(ring.count - 1)));
+    const isAtEnd = !this.held?.isTriggered && !this.isRecorded;
+    this.addTrace(rings, isAtEnd ? end_s : zero_s, name);
+  }
+
+  /** Adds rows as a trace; `zero_s` is its time at the zero of the plots. */
+  addTrace(rings, zero_s, name) {
+    this.sources.keep(rings, zero_s, name);
+    this.showTraces();
+    this.rebuild();
+  }
+
+  /**
+   * Returns the last seconds of signals of the shown source, of the held picture if there is one: sample period of the rows and of
+   * the ticks, and the values of the first known name of each entry of `wanted`.
+   */
+  series(wanted, seconds) {
+    const ring = this.rings().get(this.name);
+    if (!ring?.count) throw new Error("the scope has no rows yet");
+    const to_s = ring.seconds(ring.count - 1) + ring.step * ring.tick_s;
+    const part = this.part(ring, { from_s: to_s - seconds, to_s, zero_s: to_s });
+    if (part.hasGap) throw new Error("ticks are missing in these rows: repeat the excitation");
+    const values = wanted.map((names) => names.find((name) => ring.numbers.has(name))).map((name) => (name === undefined ? null : Array.from(this.values(part, name))));
+    return { period_s: ring.step * ring.tick_s, tick_s: ring.tick_s, values };
   }
 
   showTraces() {

@@ -15,6 +15,7 @@ use super::recording::Recorder;
 use super::{Answer, Greet, PAUSE, Waiting};
 use crate::connect::{ConnectError, LiveReport, Presence};
 use crate::page::page_device::{PageDevice, ReferenceOverrideFn};
+use hil_sim::response::Held;
 
 /// Maximum wait for a request before the line is read again.
 const A_MOMENT: Duration = Duration::from_millis(15);
@@ -198,9 +199,9 @@ impl Asking {
         presence: &Presence,
         action: Action,
     ) -> Answer {
-        if let Action::Hold { signal, axis, value } = &action {
-            self.held.retain(|(_, held, at)| (held, at) != (signal, axis));
-            self.held.extend(value.iter().map(|_| (client, signal.clone(), *axis)));
+        if let Some((signal, axis, is_held)) = action.held() {
+            self.held.retain(|(_, held, at)| (held.as_str(), *at) != (signal, axis));
+            self.held.extend(is_held.then(|| (client, signal.to_owned(), axis)));
         }
         let (arms, disarms) = (matches!(action, Action::Arm), matches!(action, Action::Disarm));
         let opens = matches!(action, Action::Transaction { .. } | Action::Scheme { .. });
@@ -218,7 +219,7 @@ impl Asking {
         self.held = held;
         for ((_, signal, axis), hand) in Vec::into_iter(gone).zip(self.hand.iter().cycle()) {
             // The reference may be released already.
-            let _ = hand(signal, axis, None);
+            let _ = hand(signal, axis, Held::Released);
         }
         if self.holder == Some(client) {
             self.let_go(device);
