@@ -91,7 +91,7 @@ impl Module for Chirp {
                 settings.periods = from_hz * h * share;
             }
         }
-        settings.ticks = device.ticks(duration_s);
+        settings.ticks = device.time_to_ticks(duration_s);
     }
 
     #[inline(always)]

@@ -9,7 +9,7 @@
 //! Haddadin, A. De Luca, A. Albu-Schäffer, T-RO 33(6), 2017). `CONDITION` of an axis is 1 while `|r|` exceeds its
 //! `THRESHOLD`. The sum uses the torque commanded at the start of the interval and the new `r`, so it is stable for any
 //! bandwidth. Dry friction, torque errors of the motor and wrong masses also appear in `r`: set `THRESHOLD` above them.
-//! For the other parameters see [`Planar`](crate::planar) and [`Phantom`](crate::phantom).
+//! For the other parameters see [`PlanarDynamics`](crate::planar) and [`Phantom`](crate::phantom).
 //!
 //! ```
 //! # use dimsart_core::{Bench, types};

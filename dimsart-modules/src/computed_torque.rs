@@ -9,7 +9,7 @@
 //! `ω = 2π BANDWIDTH`. With correct masses, the error decays in any pose as a second-order system of this frequency and
 //! damping ratio (Craig, *Introduction to Robotics*, section 10.4). Wrong masses, dry friction and joint compliance
 //! leave a steady error; there is no integral action. The module has no state: on takeover, the force steps to its own
-//! value. For the other parameters see [`Planar`](crate::planar) and [`Phantom`](crate::phantom).
+//! value. For the other parameters see [`PlanarDynamics`](crate::planar) and [`Phantom`](crate::phantom).
 //!
 //! ```
 //! # use dimsart_core::{Bench, types};

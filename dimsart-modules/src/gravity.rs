@@ -2,7 +2,7 @@
 //!
 //! `F = g(q)`, the torque on each joint by the weight beyond it (Craig, *Introduction to Robotics*, chapter 6). The
 //! output is `FEED_FORCE`; add it with a sum or in a controller. Friction and payload are not included. For the
-//! parameters see [`Planar`](crate::planar) and [`Phantom`](crate::phantom).
+//! parameters see [`PlanarDynamics`](crate::planar) and [`Phantom`](crate::phantom).
 //!
 //! ```
 //! # use dimsart_core::{Bench, types};

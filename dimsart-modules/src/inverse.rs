@@ -25,7 +25,7 @@ use core::marker::PhantomData;
 
 use crate::dynamics::{Axes, axes, write};
 use crate::phantom::{Lengths, Phantom};
-use crate::planar::Planar;
+use crate::planar::PlanarDynamics;
 use dimsart_core::{
     Context, Declarations, DeviceDescriptor, Input, Module, Output, ParameterSet, Parameters, PortSet,
     choice, math, types, words,
@@ -65,7 +65,7 @@ pub trait InverseKinematics: Debug + 'static {
     fn joints(tip: Axes, bend: impl Fn(f32, f32) -> [f32; 2]) -> Axes;
 }
 
-impl InverseKinematics for Planar {
+impl InverseKinematics for PlanarDynamics {
     const INVERSE: &'static str = "PLANAR_INVERSE_MOD";
     const JOINTS: usize = 2;
     const BENDS_BOTH_WAYS: bool = true;

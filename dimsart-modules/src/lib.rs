@@ -147,7 +147,7 @@ pub use phantom::{Phantom, PhantomChain};
 pub use pi::Pi;
 pub use pid::Pid;
 pub use pid2::Pid2;
-pub use planar::{Planar, PlanarChain};
+pub use planar::{PlanarChain, PlanarDynamics};
 pub use recorder::Recorder;
 pub use s_curve::SCurve;
 pub use sequencer::Sequencer;
@@ -274,13 +274,13 @@ pub const ROBOTS: ModuleKinds = kinds![
     Tip<PlanarChain>,
     Tip<DenavitHartenberg>,
     Inverse<Phantom>,
-    Inverse<Planar>,
+    Inverse<PlanarDynamics>,
     GravityCompensation<Phantom>,
-    GravityCompensation<Planar>,
+    GravityCompensation<PlanarDynamics>,
     ComputedTorque<Phantom>,
-    ComputedTorque<Planar>,
+    ComputedTorque<PlanarDynamics>,
     Collision<Phantom>,
-    Collision<Planar>,
+    Collision<PlanarDynamics>,
 ];
 
 /// Communication modules, wave transformer, wave impedance, time delay.

@@ -70,7 +70,7 @@ impl Module for Logic {
     type Ports = Ports;
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
-        settings.delay_ticks = device.ticks(settings.delay_s);
+        settings.delay_ticks = device.time_to_ticks(settings.delay_s);
     }
 
     fn ports(settings: &Settings, declare: &mut Declarations<'_>) -> Ports {

@@ -74,7 +74,7 @@ impl ForwardKinematics for PlanarChain {
 
 /// Dynamics of a planar arm in its present pose.
 #[derive(Debug, Clone, Copy)]
-pub struct Planar {
+pub struct PlanarDynamics {
     gravity: Vector2,
     links: [Lumped; MAX_DOF],
 }
@@ -99,7 +99,7 @@ impl Lumped {
     }
 }
 
-impl ArmDynamics for Planar {
+impl ArmDynamics for PlanarDynamics {
     const GRAVITY: &'static str = "PLANAR_GRAVITY_MOD";
     const COMPUTED_TORQUE: &'static str = "PLANAR_TORQUE_MOD";
     const COLLISION: &'static str = "PLANAR_COLLISION_MOD";
@@ -161,7 +161,7 @@ impl ArmDynamics for Planar {
     }
 }
 
-impl Planar {
+impl PlanarDynamics {
     /// Returns `s_k (base + Σ_{j<k} l_j u_j) + l_k Σ_{j>k} s_j u_j` for each link.
     fn pulls(&self, base: Vector2, moved: &[Vector2; MAX_DOF]) -> [Vector2; MAX_DOF] {
         let mut pulls = [Vector2::default(); MAX_DOF];

@@ -57,7 +57,7 @@ impl Module for SignalGenerator {
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         let periods_per_tick = (settings.frequency_hz * device.sample_period_s()).min(f32::MAX);
         settings.periods_per_tick = math::fraction(periods_per_tick);
-        settings.step_ticks = device.ticks(settings.step_time_s);
+        settings.step_ticks = device.time_to_ticks(settings.step_time_s);
     }
 
     #[inline(always)]

@@ -20,13 +20,13 @@ pub(crate) fn write(file: &Path) -> Result<(), String> {
         let count = |column| {
             sequence.count(Timing::new(Profile::ZeroWait, column)).map_err(|error| error.to_string())
         };
-        let (likely, upper) = (count(Column::Likely)?, count(Column::Upper)?);
+        let (typical, upper) = (count(Column::Likely)?, count(Column::Upper)?);
         code += &assembly(&number.to_string(), sequence.halfwords());
         let _ = write!(names, " cycle_{number}");
         let _ = writeln!(
             rows,
-            "Sequence {{ row: {:?}, text: {:?}, code: cycle_{number}, instructions: {}, likely: {}, upper: {} }},",
-            sequence.row, sequence.text, likely.instructions, likely.cycles, upper.cycles
+            "Sequence {{ row: {:?}, text: {:?}, code: cycle_{number}, instructions: {}, typical: {}, upper: {} }},",
+            sequence.row, sequence.text, typical.instructions, typical.cycles, upper.cycles
         );
     }
     let text = format!(

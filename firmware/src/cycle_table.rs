@@ -30,7 +30,7 @@ struct Sequence {
     text: &'static str,
     code: Code,
     instructions: u32,
-    likely: u32,
+    typical: u32,
     upper: u32,
 }
 
@@ -87,14 +87,14 @@ fn measure_cycles() -> u32 {
             nops
         );
     }
-    defmt::println!("| row | measured | likely | upper | | sequence |");
+    defmt::println!("| row | measured | typical | upper | | sequence |");
     let mut above = 0;
     for sequence in SEQUENCES {
         let measured = measure(sequence.code);
         let verdict = match measured {
-            _ if measured == sequence.likely => "ok",
+            _ if measured == sequence.typical => "ok",
             _ if measured > sequence.upper => "DIFFERS: above the upper bound",
-            _ if measured < sequence.likely => "differs: faster",
+            _ if measured < sequence.typical => "differs: faster",
             _ => "within",
         };
         above += u32::from(measured > sequence.upper);
@@ -102,7 +102,7 @@ fn measure_cycles() -> u32 {
             "| {=str} | {=u32} | {=u32} | {=u32} | {=str} | {=str} |",
             sequence.row,
             measured,
-            sequence.likely,
+            sequence.typical,
             sequence.upper,
             verdict,
             sequence.text

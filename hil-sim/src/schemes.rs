@@ -128,7 +128,7 @@ const MAX_WORD_CHARS: usize = 64;
 
 /// Finds the known word most similar to `word`, if any is similar.
 #[must_use]
-pub fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
+pub fn most_similar<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
     if word.len() > 4 * MAX_WORD_CHARS {
         return None;
     }
@@ -138,10 +138,10 @@ pub fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
     (!word.is_empty() && likeness(&best) > 0.75).then_some(best)
 }
 
-/// Suggests the known word nearest to an unknown `word`, or lists the known words.
+/// Suggests the known word most similar to an unknown `word`, or lists the known words.
 #[must_use]
 pub fn suggestion(word: &str, known: &[String]) -> String {
-    match nearest(word, known) {
+    match most_similar(word, known) {
         Some(near) => format!("did you mean '{near}'?"),
         None if known.is_empty() => "no names available".to_owned(),
         None => format!("available: {}", known.join(", ")),

@@ -34,7 +34,7 @@ pub enum SynchronisationError {
 ///
 /// # Errors
 /// [`SynchronisationError`] if the peer does not respond.
-pub fn synchronise(
+pub fn synchronise_with_peer(
     rig: &mut Rig,
     arrival: Option<&ArrivalPoll>,
     wait: Duration,

@@ -94,11 +94,11 @@ pub(crate) fn summary(images: &[Image], bounds: &[StackBound]) -> String {
 /// Returns every priority with its deepest calls.
 fn in_full(name: &str, bound: &StackBound) -> String {
     let mut lines = vec![format!("{name}: {} of {} bytes", bound.bytes, bound.available_bytes)];
-    for Level { priority, handler, saved_bytes, bytes, restarts_stack, chain } in &bound.levels {
+    for Level { priority, handler, context_bytes, bytes, restarts_stack, chain } in &bound.levels {
         let level =
             priority.map_or_else(|| "the program".to_owned(), |priority| format!("priority {priority}"));
         let place = if *restarts_stack { " on a separate stack" } else { "" };
-        lines.push(format!("  {level}, {handler}: {saved_bytes} saved, then {bytes}{place}"));
+        lines.push(format!("  {level}, {handler}: {context_bytes} saved, then {bytes}{place}"));
         lines.extend(chain.iter().map(|(function, bytes)| format!("    {bytes:>6} {function}")));
     }
     lines.join("\n") + "\n"
@@ -125,7 +125,7 @@ mod tests {
         let level = Level {
             priority: Some(2),
             handler: "TICK".into(),
-            saved_bytes: 108,
+            context_bytes: 108,
             bytes: 48,
             restarts_stack: false,
             chain: vec![("TICK".into(), 16), ("tick".into(), 32)],

@@ -271,7 +271,7 @@ impl DeviceDescriptor {
     /// Converts a time of at least 0 to ticks, rounded; saturates.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-    pub fn ticks(&self, time_s: f32) -> u32 {
+    pub fn time_to_ticks(&self, time_s: f32) -> u32 {
         (time_s / self.sample_period_s + 0.5) as u32
     }
 

@@ -38,7 +38,7 @@ impl Engine {
     }
 
     /// Returns these cycles with the limit; none if unknown.
-    pub fn bound(&self) -> Option<BoundReport> {
+    pub fn tick_bound(&self) -> Option<BoundReport> {
         Some(BoundReport { cycles: self.tick_cycles()?, limit_cycles: self.limit_cycles })
     }
 

@@ -134,7 +134,7 @@ fn respond<const STREAMS: usize>(
             let found = found(outputs.iter().chain(inputs.iter()).nth(usize::from(index)))?;
             Response::DeviceType { signal: found.first(), is_taken: usize::from(index) >= outputs.len() }
         }
-        Request::Bound => Response::Bound(found(engine.bound())?),
+        Request::Bound => Response::Bound(found(engine.tick_bound())?),
         Request::Motor(action) => {
             info.lease.admit_motor(action, request_client(id), engine.is_running())?;
             return Err(Refusal::NotFound);

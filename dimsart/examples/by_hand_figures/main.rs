@@ -32,13 +32,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     println!("| Master, 3 axes | Likely | By hand: 1 | Upper | By hand: 1 |");
     println!("|---|---:|---:|---:|---:|");
-    let likely = parts(&firmware, &scenario, Column::Likely)?;
+    let typical = parts(&firmware, &scenario, Column::Likely)?;
     let upper = parts(&firmware, &scenario, Column::Upper)?;
-    let [(_, likely_by_hand), ..] = *likely else { return Ok(()) };
+    let [(_, likely_by_hand), ..] = *typical else { return Ok(()) };
     let [(_, upper_by_hand), ..] = *upper else { return Ok(()) };
-    for ((name, likely), (_, upper)) in likely.iter().zip(&upper) {
-        let (likely_ratio, upper_ratio) = (likely / likely_by_hand, upper / upper_by_hand);
-        println!("| {name} | {likely:.0} | {likely_ratio:.2} | {upper:.0} | {upper_ratio:.2} |");
+    for ((name, typical), (_, upper)) in typical.iter().zip(&upper) {
+        let (likely_ratio, upper_ratio) = (typical / likely_by_hand, upper / upper_by_hand);
+        println!("| {name} | {typical:.0} | {likely_ratio:.2} | {upper:.0} | {upper_ratio:.2} |");
     }
     Ok(())
 }

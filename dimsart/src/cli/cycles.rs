@@ -109,7 +109,7 @@ impl Cycles {
         };
         let memory = self.profile.unwrap_or_else(|| firmware.memory());
         let (column, column_name) = match self.column {
-            Value::Likely => (Column::Likely, "likely"),
+            Value::Likely => (Column::Likely, "typical"),
             Value::Upper => (Column::Upper, "upper"),
         };
         let setup = Setup {

@@ -24,7 +24,7 @@ pub(super) struct Looks {
 
 impl Looks {
     pub(super) fn begin<S: Read + Write>(device: &mut Device<S>) -> Result<Self, ConnectError> {
-        let [measured, _] = device.device_types()?;
+        let [measured, _] = device.measured_and_commanded()?;
         Ok(Self { before: device.signals(&[])?, after: Vec::new(), measured })
     }
 

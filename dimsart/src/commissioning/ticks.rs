@@ -54,7 +54,7 @@ pub fn observe_ticks<S: Read + Write>(
     around: &impl BoardEnvironment,
     duration_s: f64,
 ) -> Result<(Vec<Check>, Option<Histogram>), ConnectError> {
-    let [measured, _] = device.device_types()?;
+    let [measured, _] = device.measured_and_commanded()?;
     let sent: Vec<String> = measured.into_iter().filter(|name| MEASURED.contains(&name.as_str())).collect();
     let mut tap = Subscription::new(SENT_EVERY).with_signals(&sent);
     // The first heartbeat has the count of earlier losses.

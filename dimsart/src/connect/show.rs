@@ -243,7 +243,7 @@ impl<S: Read + Write> Device<S> {
         let modules = instances.into_iter().map(|instance| self.instance_report(instance));
         let modules = modules.collect::<Result<_, _>>()?;
         let signals = self.signals(&[])?;
-        let [measured, taken] = self.device_types()?;
+        let [measured, taken] = self.measured_and_commanded()?;
         Ok(Overview { identity: self.identity().clone(), status, modules, signals, measured, taken })
     }
 
@@ -251,7 +251,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError`] when the device does not answer.
-    pub fn device_types(&mut self) -> Result<[Vec<String>; 2], ConnectError> {
+    pub fn measured_and_commanded(&mut self) -> Result<[Vec<String>; 2], ConnectError> {
         let mut names = [Vec::new(), Vec::new()];
         for index in 0..=u8::MAX {
             let found = self.ask(&Request::DeviceType { index }, |response| match response {

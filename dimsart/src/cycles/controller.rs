@@ -174,7 +174,7 @@ impl Controller {
         [0..=longest, longest + 1..=RECEIVED - BYTES].map(|length| Call {
             function: self.entry.read,
             arguments: [RECEIVED..=RECEIVED, BYTES..=BYTES, length, 0..=u16::MAX.into()],
-            inputs: vec![Input::unknown_bytes(BYTES..RECEIVED)],
+            inputs: vec![Input::unknown_memory(BYTES..RECEIVED)],
             is_optional: false,
         })
     }
@@ -205,7 +205,7 @@ impl Controller {
             let start = RECEIVED + 4 * number(place);
             let addresses = start..start + 4;
             match words {
-                ((ones, zeros), _) if *ones != zeros => content.push(Input::unknown_bytes(addresses)),
+                ((ones, zeros), _) if *ones != zeros => content.push(Input::unknown_memory(addresses)),
                 ((ones, _), shorter) if *ones != shorter => lengths.push(addresses),
                 _ => {}
             }

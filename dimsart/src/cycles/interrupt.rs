@@ -19,10 +19,10 @@ pub(super) fn interrupt(timing: &Timing, budget_cycles: u64) -> Vec<Row> {
         ("float registers at entry", timing::Row::LazyStacking, 0, 0),
     ];
     let row = |(name, row, reads, stack_bytes): (&str, timing::Row, u32, u32)| {
-        let [likely, upper] = [Column::Likely, Column::Upper].map(|column| u64::from(row.cost().of(column)));
+        let [typical, upper] = [Column::Likely, Column::Upper].map(|column| u64::from(row.cost().of(column)));
         let upper = upper + u64::from(timing.max_wait_cycles(reads));
         let mut statistics = Statistics::default();
-        statistics.add(Inputs::Scenario, likely, stack_bytes);
+        statistics.add(Inputs::Scenario, typical, stack_bytes);
         Row::new(name.to_owned(), &statistics, Some(Most { cycles: upper, stack_bytes }), budget_cycles)
     };
     rows.map(row).into()

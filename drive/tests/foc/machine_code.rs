@@ -129,8 +129,8 @@ fn a_period_has_the_host_s_bits_on_a_cortex_m_and_its_cycles_are_bounded() {
     for (memory, profile) in
         [("does not wait, as CCM SRAM", Profile::ZeroWait), ("flash of an STM32G4", flash)]
     {
-        let [likely, upper] = [Column::Likely, Column::Upper].map(|column| Timing::new(profile, column));
-        let mut emulated = Emulated::new(&image, likely, &told);
+        let [typical, upper] = [Column::Likely, Column::Upper].map(|column| Timing::new(profile, column));
+        let mut emulated = Emulated::new(&image, typical, &told);
         let bound = emulated.bound(&upper);
         let mut bench = Bench::new(&motor, told);
         bench.motor.set_rotor(1.0, 0.0);

@@ -50,7 +50,7 @@ pub struct Input {
 impl Input {
     /// Completely unknown memory.
     #[must_use]
-    pub fn unknown_bytes(addresses: Range<u32>) -> Self {
+    pub fn unknown_memory(addresses: Range<u32>) -> Self {
         Self { addresses, width: Width::Byte, values: 0..=0xFF }
     }
 

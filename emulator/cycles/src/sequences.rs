@@ -34,7 +34,7 @@ pub struct Sequence {
     /// Name of the row that it tests.
     pub row: &'static str,
     /// Most common number of cycles according to the manuals.
-    pub likely: u32,
+    pub typical: u32,
     /// Maximum cycles according to the manuals.
     pub upper: u32,
     /// Its instructions, for display.
@@ -47,8 +47,8 @@ pub fn sequences() -> impl Iterator<Item = Sequence> {
     TEXT.lines().filter_map(|line| {
         let mut columns = line.split('|').map(str::trim);
         let row = columns.next().filter(|row| !row.starts_with('#'))?;
-        let (likely, upper) = (columns.next()?.parse().ok()?, columns.next()?.parse().ok()?);
-        Some(Sequence { row, likely, upper, halfwords: columns.next()?, text: columns.next()? })
+        let (typical, upper) = (columns.next()?.parse().ok()?, columns.next()?.parse().ok()?);
+        Some(Sequence { row, typical, upper, halfwords: columns.next()?, text: columns.next()? })
     })
 }
 

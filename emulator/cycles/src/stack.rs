@@ -40,7 +40,7 @@ pub struct Level {
     /// The deepest handler, or the program's entry.
     pub handler: String,
     /// Bytes saved when it interrupts the level below.
-    pub saved_bytes: u32,
+    pub context_bytes: u32,
     /// Bytes of the handler itself.
     pub bytes: u32,
     /// Whether it resets the stack pointer to the top of the stack: its bytes then do not add to the other
@@ -120,7 +120,7 @@ fn symbol(image: &Image, name: &'static str) -> Result<u32, StackError> {
 }
 
 fn sum(levels: &[Level]) -> u32 {
-    levels.iter().map(|level| level.saved_bytes + if level.restarts_stack { 0 } else { level.bytes }).sum()
+    levels.iter().map(|level| level.context_bytes + if level.restarts_stack { 0 } else { level.bytes }).sum()
 }
 
 /// Maximum bytes of the levels that reset the stack pointer.
@@ -153,14 +153,14 @@ impl Stack<'_, '_> {
         // For each level, the deepest stack up to it that higher levels can still interrupt.
         let mut below: Vec<Level> = Vec::new();
         let mut deepest: Vec<Level> = Vec::new();
-        let [mut saved_bytes, mut max_saved_bytes] = [0; 2];
+        let [mut context_bytes, mut max_saved_bytes] = [0; 2];
         for (priority, handlers) in by_priority {
             let handlers: Vec<u32> = handlers.into_iter().filter(|handler| self.runs(*handler)).collect();
             let [mut top, mut level] = [None::<Level>, None::<Level>];
             let mut uses_floats = false;
             for handler in handlers {
                 for (is_last, kept) in [(true, &mut top), (false, &mut level)] {
-                    let (found, floats) = self.level(priority, handler, saved_bytes, is_last)?;
+                    let (found, floats) = self.level(priority, handler, context_bytes, is_last)?;
                     uses_floats |= floats;
                     if kept.as_ref().is_none_or(|kept| kept.bytes < found.bytes) {
                         *kept = Some(found);
@@ -171,7 +171,7 @@ impl Stack<'_, '_> {
             let is_fixed = priority.is_some_and(|Reverse(priority)| priority < 0);
             if is_fixed {
                 // It can interrupt any level, including code that masks interrupts.
-                deepest.push(Level { saved_bytes: max_saved_bytes, ..top });
+                deepest.push(Level { context_bytes: max_saved_bytes, ..top });
             } else {
                 let with_top: Vec<Level> = below.iter().cloned().chain([top]).collect();
                 if sum(&with_top) >= sum(&deepest) {
@@ -180,8 +180,8 @@ impl Stack<'_, '_> {
                 below.push(level);
             }
             // In a handler, the float registers are not in use before its first float instruction (B1.5.7).
-            saved_bytes = if uses_floats { FLOAT_FRAME_BYTES } else { FRAME_BYTES };
-            max_saved_bytes = max_saved_bytes.max(saved_bytes);
+            context_bytes = if uses_floats { FLOAT_FRAME_BYTES } else { FRAME_BYTES };
+            max_saved_bytes = max_saved_bytes.max(context_bytes);
         }
         Ok(deepest)
     }
@@ -199,7 +199,7 @@ impl Stack<'_, '_> {
         &self,
         priority: Option<Reverse<i16>>,
         handler: u32,
-        saved_bytes: u32,
+        context_bytes: u32,
         is_last: bool,
     ) -> Result<(Level, bool), StackError> {
         let declared = self.graph.declared;
@@ -214,7 +214,7 @@ impl Stack<'_, '_> {
         let level = Level {
             priority: priority.map(|Reverse(priority)| priority),
             handler: self.graph.image().location(handler),
-            saved_bytes,
+            context_bytes,
             bytes,
             restarts_stack: self.graph.frames.of(handler).map_err(GraphError::from)?.restarts_stack,
             chain: depths.chain(),

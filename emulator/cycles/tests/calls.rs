@@ -249,7 +249,7 @@ fn levels_nest_with_the_frames_that_interrupts_save() {
     let image = image(&functions, &[0, 4, 4, 4, NONE, 1, 2, 3]);
     let bound = bound(&image, "").unwrap();
     let levels: Vec<_> =
-        bound.levels.iter().map(|level| (level.priority, level.saved_bytes, level.bytes)).collect();
+        bound.levels.iter().map(|level| (level.priority, level.context_bytes, level.bytes)).collect();
     // The code below the low level uses floats: 26 words; the low level does not: 8 words; 4 bytes of
     // alignment each.
     assert_eq!(levels, [(None, 0, 64), (Some(6), 108, 8), (Some(2), 36, 8)]);

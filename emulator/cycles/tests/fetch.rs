@@ -48,7 +48,7 @@ fn waits(code: &[Instruction], own: &[u32], latency: usize) -> usize {
     waits
 }
 
-/// Applies to the upper column; the likely column contains the most common values.
+/// Applies to the upper column; the typical column contains the most common values.
 #[test]
 fn no_chip_with_a_buffer_of_three_words_stalls_more_often() {
     let mut random = Pcg64Mcg::seed_from_u64(1);
@@ -62,8 +62,8 @@ fn no_chip_with_a_buffer_of_three_words_stalls_more_often() {
             decode_all(CODE + 2 * u32::try_from(draw(2)).unwrap(), &bytes).map(Result::unwrap).collect();
         let of = |column| model(Timing::new(Profile::ZeroWait, column), &code);
         let own = model(Timing::new(Profile::ZeroWait, Column::Upper).with_row(Row::MisalignedRun, 0), &code);
-        let likely = Timing::new(Profile::ZeroWait, Column::Likely);
-        let own_likely = model(likely.with_row(Row::MisalignedRun, 0), &code);
+        let typical = Timing::new(Profile::ZeroWait, Column::Likely);
+        let own_likely = model(typical.with_row(Row::MisalignedRun, 0), &code);
         let stalls = |all: &[u32], own: &[u32]| (all.iter().sum::<u32>() - own.iter().sum::<u32>()) as usize;
         for latency in 1..=MAX_LATENCY {
             // Excludes the cost of the jump there: the first word, and the second word of a misaligned
@@ -71,9 +71,9 @@ fn no_chip_with_a_buffer_of_three_words_stalls_more_often() {
             let after_jump = latency + 1;
             let upper = stalls(&of(Column::Upper), &own);
             assert!(waits(&code, &own, latency) <= after_jump + upper, "{code:?}, latency {latency}");
-            let likely = stalls(&of(Column::Likely), &own_likely);
-            more_than_likely += usize::from(waits(&code, &own_likely, latency) > after_jump + likely);
+            let typical = stalls(&of(Column::Likely), &own_likely);
+            more_than_likely += usize::from(waits(&code, &own_likely, latency) > after_jump + typical);
         }
     }
-    assert!(more_than_likely > 0, "the simulated buffer never stalls more than the likely column");
+    assert!(more_than_likely > 0, "the simulated buffer never stalls more than the typical column");
 }

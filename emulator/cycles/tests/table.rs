@@ -3,7 +3,7 @@
 use cycles::sequences::sequences;
 use cycles::timing::{Column, Profile, Row, Timing};
 
-/// Rows without a sequence: likely, upper. Interrupts occur outside of sequences, and a trap ends a sequence.
+/// Rows without a sequence: typical, upper. Interrupts occur outside of sequences, and a trap ends a sequence.
 const ALONE: [(Row, u32, u32); 5] = [
     // The minimum of any instruction.
     (Row::Trap, 1, 1),
@@ -19,13 +19,13 @@ const ALONE: [(Row, u32, u32); 5] = [
 /// Differences between the model and the manuals.
 fn differences(timing: Timing, column: Column) -> Vec<String> {
     let sequences = sequences().filter_map(|sequence| {
-        let expected = if column == Column::Likely { sequence.likely } else { sequence.upper };
+        let expected = if column == Column::Likely { sequence.typical } else { sequence.upper };
         let cycles = sequence.count(timing).map(|count| count.cycles);
         (cycles != Ok(u64::from(expected)))
             .then(|| format!("{}: {cycles:?}, not {expected}: {}", sequence.row, sequence.text))
     });
-    let alone = ALONE.iter().filter_map(|(row, likely, upper)| {
-        let expected = if column == Column::Likely { *likely } else { *upper };
+    let alone = ALONE.iter().filter_map(|(row, typical, upper)| {
+        let expected = if column == Column::Likely { *typical } else { *upper };
         let cycles = timing.row(*row);
         (cycles != expected).then(|| format!("{row:?}: {cycles}, not {expected}"))
     });

@@ -9,7 +9,7 @@ use serde::de::value::{Error, StrDeserializer};
 use super::error::Problem;
 use super::syntax::{Axis, Expression, FUNCTIONS, Number, Statement, Word};
 use super::{LawPort, NamedParameter};
-use crate::schemes::nearest;
+use crate::schemes::most_similar;
 
 /// A law with valid declarations.
 #[derive(Debug)]
@@ -299,5 +299,5 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
 /// Suggests the known name most similar to a word, or returns `otherwise`.
 fn advice<'n>(word: &str, known: impl Iterator<Item = &'n str>, otherwise: &str) -> String {
     let known: Vec<String> = known.map(str::to_owned).collect();
-    nearest(word, &known).map_or_else(|| otherwise.to_owned(), |near| format!("did you mean `{near}`?"))
+    most_similar(word, &known).map_or_else(|| otherwise.to_owned(), |near| format!("did you mean `{near}`?"))
 }

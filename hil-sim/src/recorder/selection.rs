@@ -1,6 +1,6 @@
 //! Selects the recorded signals by `record.signals`.
 
-use crate::schemes::nearest;
+use crate::schemes::most_similar;
 
 /// Unknown name in `record.signals`.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -44,7 +44,7 @@ impl Selection {
         let names: Vec<String> = sources.iter().chain(&known).cloned().collect();
         let last_part = format!(".{name}");
         let without_station = known.iter().find(|known| known.ends_with(&last_part)).cloned();
-        let nearest = without_station.or_else(|| nearest(name, &names).map(str::to_owned));
+        let nearest = without_station.or_else(|| most_similar(name, &names).map(str::to_owned));
         Err(UnknownSignal { name: name.clone(), nearest, sources })
     }
 

@@ -14,7 +14,7 @@ use crate::link::{self, Address, Channels};
 use crate::pace::TickPacer;
 use crate::rig::{Rig, Station, StationLink};
 use crate::rig_file::{ControllerAxes, LinkSection, RigFile};
-use crate::synchronisation::{SynchronisationError, synchronise};
+use crate::synchronisation::{SynchronisationError, synchronise_with_peer};
 
 /// Default link timeout of a station that is a separate process, ticks.
 const DESKTOP_TIMEOUT_TICKS: i64 = 1000;
@@ -120,7 +120,7 @@ pub fn one_station(
     let arrival = arrival.filter(|_| alone.follows(file));
     rig.connect(end, end, link);
     let peer = alone.peer_address().clone();
-    let start = synchronise(&mut rig, arrival.as_ref(), wait, stop).map_err(|missed| {
+    let start = synchronise_with_peer(&mut rig, arrival.as_ref(), wait, stop).map_err(|missed| {
         let other = alone.other.name().to_owned();
         let authentication_failure = rig.stations().first().and_then(Station::authentication_failure);
         match (missed, authentication_failure) {

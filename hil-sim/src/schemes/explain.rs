@@ -9,7 +9,7 @@ use dimsart_core::{
     ParameterTypeDescription, Vocabulary,
 };
 
-use super::{MAX_WORD_CHARS, nearest, suggestion};
+use super::{MAX_WORD_CHARS, most_similar, suggestion};
 use crate::untrusted_text::truncate;
 
 /// Error message of a row, with the names of the controller that the row addresses.
@@ -122,7 +122,7 @@ impl<V: Vocabulary + ?Sized> fmt::Display for SchemeErrorMessage<'_, V> {
                     );
                 }
                 self.unknown(f, format!("a parameter or port of {name}"), there.iter().map(String::as_str))?;
-                match nearest(word, &there) {
+                match most_similar(word, &there) {
                     Some(_) => write!(f, " available: {}", there.join(", ")),
                     None => Ok(()),
                 }

@@ -13,7 +13,7 @@ use super::Column;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cost {
     /// The most common value.
-    pub likely: u8,
+    pub typical: u8,
     /// The maximum.
     pub upper: u8,
     /// The instructions it applies to, in the manuals' terms.
@@ -27,14 +27,14 @@ impl Cost {
     #[must_use]
     pub fn of(&self, column: Column) -> u8 {
         match column {
-            Column::Likely => self.likely,
+            Column::Likely => self.typical,
             Column::Upper => self.upper,
         }
     }
 }
 
 macro_rules! rows {
-    ($($row:ident, $likely:literal, $upper:literal, $instructions:literal, $source:literal;)*) => {
+    ($($row:ident, $typical:literal, $upper:literal, $instructions:literal, $source:literal;)*) => {
         /// A row of the table.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
         pub enum Row {
@@ -51,7 +51,7 @@ macro_rules! rows {
             pub fn cost(self) -> Cost {
                 match self {
                     $(Self::$row => Cost {
-                        likely: $likely, upper: $upper, instructions: $instructions, source: $source,
+                        typical: $typical, upper: $upper, instructions: $instructions, source: $source,
                     },)*
                 }
             }
@@ -106,9 +106,9 @@ rows! {
     // Floating-point unit.
     Float, 1, 1, "`VADD`, `VSUB`, `VMUL`, `VNMUL`, `VCVT`, `VCMP`, `VABS`, `VNEG`, `VMOV` of floats",
         "TRM 7: 1";
-    FloatMultiplyAccumulate, 3, 3, "`VMLA`, `VMLS`, `VFMA`, ...; likely, integer instructions overlap all but 1",
+    FloatMultiplyAccumulate, 3, 3, "`VMLA`, `VMLS`, `VFMA`, ...; typical, integer instructions overlap all but 1",
         "TRM 7: 3; GCC: overlapped";
-    FloatDivide, 14, 14, "`VDIV`, `VSQRT`; likely, integer instructions overlap all but 1",
+    FloatDivide, 14, 14, "`VDIV`, `VSQRT`; typical, integer instructions overlap all but 1",
         "TRM 7: 14, 1 if no float instruction follows";
     FloatResult, 1, 1, "until a result of arithmetic or conversion is available; 1 less for an addend",
         "TRM 7: one more if the next instruction uses it";
