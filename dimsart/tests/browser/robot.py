@@ -140,9 +140,9 @@ def hand(browser, url, step, errors):
     expect(page.locator("#robot .labels span")).to_have_text(["master", "slave"])
     assert abs(position(page)) < 0.01
     drag(page, HAND_HUE, -60, 15)
-    page.wait_for_function("() => Math.abs(parseFloat(document.querySelector('#device text').textContent)) > 0.02", timeout=15000)
+    page.wait_for_function("() => Math.abs(parseFloat(document.querySelector('#device text').textContent)) > 0.02", timeout=60000)
     page.mouse.up()
-    page.wait_for_function("() => Math.abs(parseFloat(document.querySelector('#device text').textContent)) < 0.01", timeout=15000)
+    page.wait_for_function("() => Math.abs(parseFloat(document.querySelector('#device text').textContent)) < 0.01", timeout=60000)
     page.close()
 
 
@@ -150,14 +150,14 @@ def tip(browser, url, step, errors, folder):
     step("arm: a dragged tip moves all joints; the arrow keys turn the view")
     page = opened(browser, url, errors)
     page.click("#arm")
-    page.wait_for_selector(".verdict.good", timeout=15000)
+    page.wait_for_selector(".verdict.good", timeout=60000)
     # The experiment's moves end after 2.2 s; the reference of the tip is then visible.
-    page.wait_for_function("() => Math.abs(parseFloat(document.querySelectorAll('#device [role=slider]')[1].querySelector('text').textContent)) > 0.79", timeout=20000)
+    page.wait_for_function("() => Math.abs(parseFloat(document.querySelectorAll('#device [role=slider]')[1].querySelector('text').textContent)) > 0.79", timeout=60000)
     before = [position(page, axis) for axis in range(3)]
     page.locator("#robot").screenshot(path=folder / "robot.png")
     drag(page, REFERENCE_HUE, 30, -40)
     page.wait_for_function("""(before) => [...document.querySelectorAll('#device [role=slider]')].slice(0, 3).filter((slider, axis) =>
-        Math.abs(parseFloat(slider.querySelector('text').textContent) - before[axis]) > 0.02).length >= 2""", arg=before, timeout=15000)
+        Math.abs(parseFloat(slider.querySelector('text').textContent) - before[axis]) > 0.02).length >= 2""", arg=before, timeout=60000)
     page.mouse.up()
     page.focus("#robot canvas")
     first = page.locator("#robot canvas").screenshot()
@@ -166,3 +166,18 @@ def tip(browser, url, step, errors, folder):
     page.wait_for_timeout(300)
     assert page.locator("#robot canvas").screenshot() != first
     page.close()
+
+
+def pictures(browser, url, folder):
+    """Pictures for README: the arm in motion, light and dark."""
+    for scheme, name in (("light", "page.png"), ("dark", "page-dark.png")):
+        page = browser.new_page(viewport={"width": 1440, "height": 1120}, color_scheme=scheme)
+        page.goto(url)
+        page.wait_for_selector("#robot canvas")
+        page.wait_for_selector("#plots figure canvas")
+        page.click("#arm")
+        page.wait_for_selector(".verdict.good", timeout=60000)
+        page.wait_for_function("() => Math.abs(parseFloat(document.querySelectorAll('#device [role=slider]')[1].querySelector('text').textContent)) > 0.5", timeout=60000)
+        page.screenshot(path=folder / name)
+        page.click("#disarm")
+        page.close()

@@ -29,7 +29,7 @@ def legends(page):
 
 def until_legends(page, wanted):
     page.wait_for_function("""(wanted) => JSON.stringify([...document.querySelectorAll('#plots figure')].map((figure) =>
-        [...figure.querySelectorAll('.u-legend .u-label')].slice(1).map((label) => label.textContent))) === JSON.stringify(wanted)""", arg=wanted, timeout=15000)
+        [...figure.querySelectorAll('.u-legend .u-label')].slice(1).map((label) => label.textContent))) === JSON.stringify(wanted)""", arg=wanted, timeout=60000)
 
 
 def formulas(page):
