@@ -42,7 +42,7 @@ pub use recorded::Recording;
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.
-const ASSETS: [(&str, &str, &str); 34] = [
+const ASSETS: [(&str, &str, &str); 35] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/adding.js", "text/javascript", include_str!("page/assets/adding.js")),
@@ -50,6 +50,7 @@ const ASSETS: [(&str, &str, &str); 34] = [
     ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
     ("/dom.js", "text/javascript", include_str!("page/assets/dom.js")),
     ("/export.js", "text/javascript", include_str!("page/assets/export.js")),
+    ("/fleet.js", "text/javascript", include_str!("page/assets/fleet.js")),
     ("/fourier.js", "text/javascript", include_str!("page/assets/fourier.js")),
     ("/gains.js", "text/javascript", include_str!("page/assets/gains.js")),
     ("/kinematics.js", "text/javascript", include_str!("page/assets/kinematics.js")),

@@ -7,6 +7,8 @@ use crate::shell::{Outcome, cargo, command, run, succeeds, target, top};
 
 /// Version of mdBook.
 const MDBOOK: &str = "0.5.4";
+/// Version of TypeScript.
+const TYPESCRIPT: &str = "7.0.2";
 
 /// Installs Debian packages if permitted; otherwise returns instructions.
 pub(crate) fn install(packages: &[&str], purpose: &str) -> Outcome {
@@ -77,6 +79,26 @@ pub(crate) fn browser() -> Outcome {
         true => Ok(()),
         false => install(&["chromium"], "testing the page in a browser"),
     }
+}
+
+/// Installs the TypeScript compiler in `target/tools`; returns its path.
+pub(crate) fn typescript() -> Result<PathBuf, String> {
+    let folder = target().join("tools");
+    let compiler = folder.join("node_modules/.bin/tsc");
+    let said = command(&compiler, ["--version"]).output();
+    if said
+        .is_ok_and(|output| String::from_utf8_lossy(&output.stdout).trim() == format!("Version {TYPESCRIPT}"))
+    {
+        return Ok(compiler);
+    }
+    if !succeeds(&mut command("npm", ["--version"])) {
+        install(&["npm"], "checking the types of the page")?;
+    }
+    let package = format!("typescript@{TYPESCRIPT}");
+    run(command("npm", ["install", "--no-save", "--no-audit", "--no-fund", "--prefix"])
+        .arg(folder)
+        .arg(package))?;
+    Ok(compiler)
 }
 
 /// Installs mdBook in `target/tools`, which takes minutes to build; returns its path.

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// The folder does not exist and cannot be created.
-    #[error("cannot create {}: {source}; choose another folder with --out", path.display())]
+    #[error("cannot create {}: {source}; choose another folder", path.display())]
     Folder {
         /// The requested folder.
         path: PathBuf,
@@ -15,7 +15,7 @@ pub enum ReportError {
         source: io::Error,
     },
     /// A file cannot be written.
-    #[error("cannot write {}: {source}; free some space there or choose another folder with --out", path.display())]
+    #[error("cannot write {}: {source}; free some space there or choose another folder", path.display())]
     File {
         /// The file.
         path: PathBuf,

@@ -395,7 +395,7 @@ def own_edits(page):
 
 def editor_of_schemes(browser, errors):
     server = Server("bilateral")
-    page = browser.new_page(viewport={"width": 1440, "height": 1000}, color_scheme="light")
+    page = browser.new_page(viewport={"width": 1440, "height": 1600}, color_scheme="light")
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(server.url)
     page.wait_for_selector(".module")
@@ -440,6 +440,8 @@ def seven(browser, errors):
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(server.url)
     expect(page.locator("#stations button")).to_have_count(7)
+    expect(page.locator("#fleet-rows tr")).to_have_count(7)
+    expect(page.locator("#fleet-rows tr").first).to_contain_text("coordinator")
     page.wait_for_selector(".module")
     for name in ["base", "elbow"]:
         page.get_by_role("button", name=name).click()

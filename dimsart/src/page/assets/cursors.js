@@ -9,7 +9,8 @@ const COLORS = ["#009e73", "#d55e00"];
 export class Cursors {
   /** `change` is called after a cursor was moved. */
   constructor(change) {
-    Object.assign(this, { change, at: [null, null] });
+    this.change = change;
+    this.at = [null, null];
     by("cursors-clear").onclick = () => { this.at = [null, null]; change(); };
   }
 

@@ -18,7 +18,12 @@ const JOG = { rotary: 0.02, linear: 0.002 };
 export class DevicePicture {
   /** `hold(station, axis, value)` is called while the user drags an axis, with null on release. */
   constructor(place, hold) {
-    Object.assign(this, { place, hold, axes: [], largest: [], references: [], why: "" });
+    this.place = place;
+    this.hold = hold;
+    this.axes = [];
+    this.largest = [];
+    this.references = [];
+    this.why = "";
   }
 
   /** Enables dragging, or shows why it is disabled. */
@@ -74,7 +79,9 @@ export class DevicePicture {
     if (this.key === key) return;
     // Release the axes before the picture is replaced.
     for (const { end } of this.axes) end();
-    Object.assign(this, { key, station, axes: [] });
+    this.key = key;
+    this.station = station;
+    this.axes = [];
     if (!identity) return this.place.replaceChildren();
     this.largest = identity.axes.map(() => ({ position: 1e-3, force: 1e-6 }));
     const columns = Math.min(3, identity.axes.length);

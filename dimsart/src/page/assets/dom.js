@@ -1,17 +1,37 @@
 // Short names for the DOM.
 
+/**
+ * Returns the element with an id: the kind of element depends on the id.
+ * @returns {any}
+ */
 export const by = (id) => document.getElementById(id);
 
-/** Creates an HTML element. */
+/**
+ * Creates an HTML element.
+ * @template {keyof HTMLElementTagNameMap} Name
+ * @param {Name} name
+ * @param {Record<string, any>} [properties]
+ * @param {...(Node | string)} children
+ * @returns {HTMLElementTagNameMap[Name]}
+ */
 export function node(name, properties = {}, ...children) {
   const element = Object.assign(document.createElement(name), properties);
   element.append(...children);
   return element;
 }
 
+/**
+ * Returns the element with the focus.
+ * @returns {any}
+ */
+export const focusedElement = () => document.activeElement;
+
 const SVG = "http://www.w3.org/2000/svg";
 
-/** Creates an SVG element. */
+/**
+ * Creates an SVG element.
+ * @returns {any}
+ */
 export function svgNode(name, attributes, text) {
   const element = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);

@@ -6,8 +6,13 @@
 /** Distance of the real pole of the integral, as a share of ω. */
 const REAL_POLE = 0.2;
 
+/** Complex number: real and imaginary part. @typedef {number[]} Complex */
+
+/** @type {(one: Complex, other: Complex) => Complex} */
 const times = ([a, b], [c, d]) => [a * c - b * d, a * d + b * c];
+/** @type {(one: Complex, other: Complex) => Complex} */
 const over = ([a, b], [c, d]) => [(a * c + b * d) / (c * c + d * d), (b * c - a * d) / (c * c + d * d)];
+/** @type {(one: Complex) => number} */
 const size = ([a, b]) => Math.hypot(a, b);
 
 /** Gains for a natural frequency, rad/s. */

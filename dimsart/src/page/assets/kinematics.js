@@ -10,18 +10,26 @@ const turnZ = (a, c = Math.cos(a), s = Math.sin(a)) => [c, s, 0, 0, -s, c, 0, 0,
 const times = (...all) => all.reduce((a, b) => b.map((_, i) =>
   [0, 1, 2, 3].reduce((sum, k) => sum + a[(i & 3) + 4 * k] * b[(i & ~3) + k], 0)));
 
-/** Converts a point of a body to the base frame. */
+/**
+ * Converts a point of a body to the base frame.
+ * @type {(pose: number[], point: number[]) => number[]}
+ */
 export const point = (pose, [x, y, z]) => [0, 1, 2].map((i) => pose[i] * x + pose[i + 4] * y + pose[i + 8] * z + pose[i + 12]);
 
 /**
- * Returns the mechanism of a geometry:
- * `poses(positions)`  pose of each body
- * `rods`              straight parts: body, from, to
- * `axes`              per axis: body that it moves, direction in this body, whether it is rotary
- * `tips`              points that can be dragged: body, point, and the axes that move it
- * `reach`             size, m
- * `isCartesian`       whether positions and forces are those of the tip
- * `origin`            tip at position 0, if the hand and walls act at the tip
+ * @typedef {object} Mechanism
+ * @property {(positions: number[]) => number[][]} poses  pose of each body
+ * @property {{ body: number, from: number[], to: number[] }[]} rods  straight parts
+ * @property {{ body: number, direction: number[], isRotary: boolean }[]} axes  per axis: body that it moves, direction in this body
+ * @property {{ body: number, point: number[], axes: number[] }[]} tips  points that can be dragged, and the axes that move them
+ * @property {number} reach  size, m
+ * @property {boolean} [isCartesian]  whether positions and forces are those of the tip
+ * @property {number[]} [origin]  tip at position 0, if the hand and walls act at the tip
+ */
+
+/**
+ * Returns the mechanism of a geometry.
+ * @returns {Mechanism}
  */
 export function mechanism(geometry) {
   if (geometry.arm) return chain(geometry.arm);
@@ -65,6 +73,7 @@ function phantom({ port, linkage: { inner_m, outer_m }, start_position_rad }) {
   const tip = { body: 2, point: [0, 0, -outer_m], axes: [0, 1, 2] };
   const origin = point(bodies(start_position_rad)[2], tip.point);
   const isCartesian = port === "cartesian";
+  /** @param {number[]} tip */
   const angles = ([x, y, z]) => {
     const reach = Math.hypot(x, y);
     const cosine = (reach ** 2 + z ** 2 - inner_m ** 2 - outer_m ** 2) / (2 * inner_m * outer_m);
@@ -146,8 +155,13 @@ export function follow(mechanism, positions, axes, { body, point: own }, target)
   return all;
 }
 
-/** Solves a symmetric positive definite 3x3 system by Cramer's rule. */
+/**
+ * Solves a symmetric positive definite 3x3 system by Cramer's rule.
+ * @param {number[][]} rows
+ * @param {number[]} right
+ */
 function solve([a, b, c], right) {
+  /** @type {(one: number[], other: number[]) => number[]} */
   const cross = ([x, y, z], [u, v, w]) => [y * w - z * v, z * u - x * w, x * v - y * u];
   const dot = (one, other) => one.reduce((sum, value, i) => sum + value * other[i], 0);
   const determinant = dot(a, cross(b, c));

@@ -17,7 +17,8 @@ function stored() {
 export class Layouts {
   /** `get` returns panels and math channels; `set` shows them. */
   constructor(get, set) {
-    Object.assign(this, { get, set });
+    this.get = get;
+    this.set = set;
     by("layout-save").onclick = () => {
       const name = prompt("Name of the layout");
       if (!name) return;

@@ -1,7 +1,7 @@
 // The pending scheme as cards, one per module, and the bar that applies it.
 
 import { Adding } from "./adding.js";
-import { by, node } from "./dom.js";
+import { by, focusedElement, node } from "./dom.js";
 import { Pending } from "./pending.js";
 import { flag } from "./rows.js";
 
@@ -11,7 +11,13 @@ const FEW = 3;
 export class Modules {
   /** `ask(station, what)` sends an action to a station; `changed()` is called when the pending scheme changes. */
   constructor(ask, say, changed) {
-    Object.assign(this, { ask, say, changed, drafts: new Map(), draft: null, why: "", key: "" });
+    this.ask = ask;
+    this.say = say;
+    this.changed = changed;
+    this.drafts = new Map();
+    this.draft = null;
+    this.why = "";
+    this.key = "";
     this.adding = new Adding((kind, before) => this.add(kind, before));
     by("module-filter").oninput = () => this.filter();
     by("add").onclick = () => this.choose(null);
@@ -25,12 +31,12 @@ export class Modules {
     addEventListener("keydown", (event) => {
       if (!event.ctrlKey || this.why || !this.draft) return;
       // A text field undoes its own input.
-      const isTyping = event.target.matches("input, textarea");
+      const isTyping = /** @type {Element} */ (event.target).matches("input, textarea");
       const todo = { Enter: "apply", ...(!isTyping && { z: event.shiftKey ? "redo" : "undo", Z: "redo", y: "redo" }) }[event.key];
       if (!todo) return;
       event.preventDefault();
       // The change of the focused field comes first.
-      document.activeElement?.blur();
+      focusedElement()?.blur();
       this.draft.pending.queue.then(() => by(todo).click());
     });
   }
@@ -156,7 +162,7 @@ export class Modules {
     const key = JSON.stringify([station, modules, [...wrong], running?.modules, this.draft.here.types?.length]);
     if (key === this.key) return;
     this.key = key;
-    const focused = document.activeElement?.dataset?.edit;
+    const focused = focusedElement()?.dataset?.edit;
     by("type-names").replaceChildren(...(this.draft.here.types ?? []).map(({ name }) => node("option", { value: name })));
     by("modules").replaceChildren(...modules.map((module) => this.card(module, wrong.has(module.name))));
     if (focused) by("modules").querySelector(`[data-edit="${CSS.escape(focused)}"]`)?.focus();

@@ -5,6 +5,7 @@
 
 import { DevicePicture } from "./device.js";
 import { by, node } from "./dom.js";
+import { showFleet } from "./fleet.js";
 import { Modules } from "./modules.js";
 import { drawScheme } from "./scheme.js";
 import { Presets } from "./presets.js";
@@ -21,7 +22,7 @@ const PAUSE_MS = 500;
 
 const stations = [];
 // `client` is the server's id of this page while connected.
-let shown = 0, socket = null, client = null, next = 1, missed = 0;
+let shown = 0, socket = null, client = null, next = 1, missed = 0, toastTimer = 0;
 const waiting = new Map();
 
 const scope = new Scope((names) => told(ask(shown, { do: "stream", names })), say, token);
@@ -62,8 +63,8 @@ function say(text, isBad = false) {
   toast.textContent = text;
   toast.classList.toggle("bad", isBad);
   toast.hidden = false;
-  clearTimeout(say.timer);
-  say.timer = setTimeout(() => { toast.hidden = true; }, isBad ? 8000 : 3000);
+  clearTimeout(toastTimer);
+  toastTimer = setTimeout(() => { toast.hidden = true; }, isBad ? 8000 : 3000);
 }
 
 function connect() {
@@ -153,6 +154,7 @@ function takeRows(data) {
 
 function show(kind, station = shown) {
   showStations();
+  showFleet(stations, health);
   if (station !== shown || !stations[shown]) return;
   const here = stations[shown];
   scope.show(shown, here.name);
@@ -179,13 +181,11 @@ function health(here) {
 
 function showStations() {
   const buttons = stations.map((here, number) => {
-    const button = document.createElement("button");
-    const dot = document.createElement("span");
-    dot.className = `dot ${health(here)}`;
-    button.append(dot, here.name);
-    button.setAttribute("aria-current", number === shown);
-    button.title = here.gone ?? here.status?.live.state ?? "";
-    button.onclick = () => { shown = number; show(); };
+    const button = node("button", {
+      title: here.gone ?? here.status?.live.state ?? "",
+      onclick: () => { shown = number; show(); },
+    }, node("span", { className: `dot ${health(here)}` }), here.name);
+    button.setAttribute("aria-current", String(number === shown));
     return button;
   });
   const nav = by("stations");
@@ -299,6 +299,7 @@ const record = (on) => ask(shown, { do: "record", on }).then((path) => on && say
 async function stopAll() {
   if (!isOpen()) return say("NOT STOPPED: no connection to the server", true);
   say("STOP: waiting for the answer …", true);
+  /** @type {any[]} */
   const answers = await Promise.allSettled(stations.map((_, station) => ask(station, { say: "stop" })));
   const wrong = answers.flatMap(({ reason }, station) => (reason ? [`${stations[station]?.name ?? ""}: ${reason.message}`] : []));
   if (wrong.length) say(`NOT STOPPED or not confirmed: ${wrong.join("; ")}`, true);

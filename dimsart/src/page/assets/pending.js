@@ -9,9 +9,16 @@ import { between, changes } from "./rows.js";
 export class Pending {
   /** `ask(what)` sends an action to the controller; `changed()` is called after every change. */
   constructor(ask, changed) {
-    // `applied` are the schemes that ran, the last one runs. An entry of `history` is a number of edits of one of them, or of
-    // `rows`; `tried` is the result of its dry run.
-    Object.assign(this, { ask, changed, queue: Promise.resolve(), applied: [], history: [], at: -1, refused: "", isBusy: false });
+    this.ask = ask;
+    this.changed = changed;
+    this.queue = Promise.resolve();
+    // The schemes that ran; the last one runs.
+    this.applied = [];
+    // An entry is a number of edits of an applied scheme, or of `rows`; `tried` is the result of its dry run.
+    this.history = [];
+    this.at = -1;
+    this.refused = "";
+    this.isBusy = false;
   }
 
   get entry() {

@@ -4,13 +4,20 @@ import { digits } from "./device.js";
 import { node } from "./dom.js";
 import { nameOf, sourceOf } from "./sources.js";
 
+// Global of a classic script, which is loaded before the modules.
+const { uPlot } = /** @type {any} */ (window);
 const HEIGHT = 190;
 export const DRAGGED = "text/x-dimsart-signal";
 
 export class Plots {
   /** `drop(key, panel)` is called when a signal is dropped on a plot, or with panel -1 on the space for a new plot; null disables it. */
   constructor(place, cursors, drop) {
-    Object.assign(this, { place, cursors, drop, all: [], zoom: false });
+    this.place = place;
+    this.cursors = cursors;
+    this.drop = drop;
+    this.all = [];
+    this.marks = [];
+    this.zoom = false;
     this.space = node("div", { className: "new-plot", textContent: "drop a signal here for a new plot" });
     this.space.hidden = !drop;
     this.accept(this.space, -1);
@@ -52,7 +59,7 @@ export class Plots {
         value: (_, number) => (number == null ? "–" : `${digits(number)} ${view === "db" ? "dB" : unit}`),
       }));
       const right = { ...axis, scale: "right", side: 1, size: 70, label: text(units[1]), labelSize: 18, grid: { show: false }, values: (_, numbers) => numbers.map(digits) };
-      const plot = new window.uPlot({
+      const plot = new uPlot({
         width, height: HEIGHT,
         scales: { x: { time: false, distr: view === "time" ? 1 : 3 } },
         cursor: { sync: { key: "scope" }, drag: { x: true, y: false } },
@@ -78,13 +85,13 @@ export class Plots {
     this.all.forEach(({ plot }, panel) => {
       const own = tables[panel];
       const isOne = own.every(([x]) => x === own[0][0]);
-      plot.setData(isOne ? [own[0]?.[0] ?? [], ...own.map(([, y]) => y)] : window.uPlot.join(own), !this.zoom);
+      plot.setData(isOne ? [own[0]?.[0] ?? [], ...own.map(([, y]) => y)] : uPlot.join(own), !this.zoom);
     });
   }
 
   /** Vertical lines with a text, on the time axis. */
   drawMarks(plot) {
-    for (const { at, text } of this.marks ?? []) line(plot, at, text, "#a3142e");
+    for (const { at, text } of this.marks) line(plot, at, text, "#a3142e");
   }
 
   /** Returns a picture of all plots with their legends, as a canvas. */

@@ -1,9 +1,12 @@
 // One device in 3D: its bodies at the measured position, a ghost at the reference, forces, wall and hand.
 
-import {
-  ArrowHelper, BoxGeometry, CylinderGeometry, Group, Mesh, MeshStandardMaterial, Quaternion, SphereGeometry, TorusGeometry, Vector3,
-} from "./three.min.js";
+import * as three from "./three.min.js";
 import { mechanism } from "./kinematics.js";
+
+// Type inference fails in the minified file.
+const {
+  ArrowHelper, BoxGeometry, CylinderGeometry, Group, Mesh, MeshStandardMaterial, Quaternion, SphereGeometry, TorusGeometry, Vector3,
+} = /** @type {any} */ (three);
 
 const FULL_ARC_RAD = 1.6;
 const Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
@@ -11,11 +14,14 @@ const Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
 export class Robot {
   /** `colors` are CSS colors by name. */
   constructor(geometry, colors) {
-    Object.assign(this, { geometry, kind: mechanism(geometry), group: new Group() });
-    const { kind } = this;
+    const kind = mechanism(geometry);
+    this.geometry = geometry;
+    this.kind = kind;
+    this.group = new Group();
     this.size = Math.max(0.01, kind.reach);
     this.positions = geometry.axis.map(({ start_position }) => start_position);
     this.references = [...this.positions];
+    this.lastForces = geometry.axis.map(() => 0);
     this.largestForce = geometry.axis.map(() => 1e-6);
     const material = (name, opacity = 1) => new MeshStandardMaterial({ color: colors[name], transparent: opacity < 1, opacity, roughness: 0.6 });
     this.solid = this.bodies(material("link"), material("quiet"), false);
@@ -155,7 +161,6 @@ export class Robot {
       const [is, wanted, force] = ["POSITION", "DES_POSITION", "DES_FORCE"].map((name) => values(name)[n]);
       if (Number.isFinite(is)) this.positions[axis] = is;
       this.references[axis] = Number.isFinite(wanted) ? wanted : this.positions[axis];
-      this.lastForces ??= this.geometry.axis.map(() => 0);
       this.lastForces[axis] = Number.isFinite(force) ? force : 0;
       this.largestForce[axis] = Math.max(this.largestForce[axis], Math.abs(this.lastForces[axis]));
     });
@@ -173,7 +178,7 @@ export class Robot {
     set(this.solid, this.positions);
     for (const body of this.ghost) body.visible = Boolean(this.hasReference);
     if (this.hasReference) set(this.ghost, this.references);
-    const forces = this.lastForces ?? this.geometry.axis.map(() => 0);
+    const forces = this.lastForces;
     this.forces.forEach((show, axis) => show(forces[axis] / this.largestForce[axis], forces, this.opacity ?? 0.2));
   }
 }

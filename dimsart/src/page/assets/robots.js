@@ -1,12 +1,15 @@
 // The 3D view of all devices of the page, next to each other.
 
-import {
-  Box3, Color, GridHelper, Group, HemisphereLight, DirectionalLight, OrbitControls, PerspectiveCamera, Plane, Raycaster, Scene, Sphere, Vector2, Vector3,
-  WebGLRenderer,
-} from "./three.min.js";
+import * as three from "./three.min.js";
 import { node } from "./dom.js";
 import { follow } from "./kinematics.js";
 import { Robot } from "./robot.js";
+
+// Type inference fails in the minified file.
+const {
+  Box3, Color, GridHelper, Group, HemisphereLight, DirectionalLight, OrbitControls, PerspectiveCamera, Plane, Raycaster, Scene, Sphere, Vector2, Vector3,
+  WebGLRenderer,
+} = /** @type {any} */ (three);
 
 const FRAME_MS = 33;
 const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -15,7 +18,12 @@ const HINT = "Drag a link, tip (sphere) or hand to move it; drag the background 
 export class Robots {
   /** `hold(station, axis, value, signal)` holds a reference or hand while the user drags, with null on release. */
   constructor(place, hold) {
-    Object.assign(this, { place, hold, robots: [], sources: [], why: "", drawnAt: 0 });
+    this.place = place;
+    this.hold = hold;
+    this.robots = [];
+    this.sources = [];
+    this.why = "";
+    this.drawnAt = 0;
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
     const canvas = this.canvas = this.renderer.domElement;
     Object.assign(canvas, { tabIndex: 0, title: HINT });
@@ -126,7 +134,8 @@ export class Robots {
     this.renderer.render(this.scene, this.camera);
     this.robots.forEach((robot, n) => {
       const at = robot.foot.clone().project(this.camera);
-      this.labels.children[n].style.transform = `translate(-50%, 0) translate(${((at.x + 1) * this.place.clientWidth) / 2}px, ${((1 - at.y) * this.place.clientHeight) / 2}px)`;
+      const label = /** @type {HTMLElement} */ (this.labels.children[n]);
+      label.style.transform = `translate(-50%, 0) translate(${((at.x + 1) * this.place.clientWidth) / 2}px, ${((1 - at.y) * this.place.clientHeight) / 2}px)`;
     });
   }
 

@@ -3,7 +3,7 @@
 //
 // A module's name opens its card, + adds a module, and a dot can be dragged to another signal that fits its port.
 
-import { svgNode } from "./dom.js";
+import { focusedElement, svgNode } from "./dom.js";
 
 const COLUMN = 88, ROW = 20, LEFT = 180, TOP = 92, RIGHT = 80;
 
@@ -72,7 +72,7 @@ export function drawScheme(place, overview, findings, editor) {
     readers.forEach((number) => dot(number, "reads"));
     writers.forEach((number) => dot(number, "writes"));
   });
-  const focused = document.activeElement?.dataset?.edit;
+  const focused = focusedElement()?.dataset?.edit;
   place.replaceChildren(svg);
   if (focused) place.querySelector(`[data-edit="${CSS.escape(focused)}"]`)?.focus();
 }

@@ -26,7 +26,15 @@ const FIGURES_MS = 500;
 export class Scope {
   /** `choose` selects the signals that the device sends; `say` shows a text; `token` is that of the address. */
   constructor(choose, say, token) {
-    Object.assign(this, { say, token, sources: new Sources(), panels: [], channels: [], isRunning: true, held: null, pan_s: 0, byStation: [] });
+    this.say = say;
+    this.token = token;
+    this.sources = new Sources();
+    this.panels = [];
+    this.channels = [];
+    this.isRunning = true;
+    this.held = null;
+    this.pan_s = 0;
+    this.byStation = [];
     this.list = new SignalList((key, isOn) => this.toggle(key, isOn), choose);
     this.cursors = new Cursors(() => this.draw(true));
     this.plots = new Plots(by("plots"), this.cursors, (key, panel) => this.drop(key, panel));
@@ -55,7 +63,10 @@ export class Scope {
   ring() { return this.sources.rings[this.station]; }
 
   /** Rows by source: held, or live. */
-  rings() { return this.held?.rings ?? new Map(this.sources.names.map((name, station) => [name, this.sources.rings[station]]).filter(([, ring]) => ring)); }
+  rings() {
+    const pair = (name, station) => /** @type {[string, any]} */ ([name, this.sources.rings[station]]);
+    return this.held?.rings ?? new Map(this.sources.names.map(pair).filter(([, ring]) => ring));
+  }
 
   gaps(station) { return this.sources.rings[station]?.gaps ?? 0; }
 
@@ -97,7 +108,9 @@ export class Scope {
     if (station === this.station) return;
     if (this.station !== undefined) this.byStation[this.station] = { panels: this.panels, held: this.isRunning ? null : this.held };
     const known = this.byStation[station];
-    Object.assign(this, { station, panels: known?.panels ?? [], held: known?.held ?? null });
+    this.station = station;
+    this.panels = known?.panels ?? [];
+    this.held = known?.held ?? null;
     if (!this.isOpened) {
       this.isOpened = true;
       const layout = this.layouts.read();
@@ -340,6 +353,7 @@ export class Scope {
       if (!parts.has(rows)) parts.set(rows, this.part(rows, at));
       return parts.get(rows);
     };
+    /** @param {{ key: string, trace?: any }} one */
     const curve = ({ key, trace }) => {
       const offset_s = trace && trace.zero_s - trace.shift_s - span.zero_s;
       const at = trace && { from_s: span.from_s + offset_s, to_s: span.to_s + offset_s, zero_s: span.zero_s + offset_s };

@@ -9,7 +9,9 @@ import { keyOf } from "./sources.js";
 export class SignalList {
   /** `toggle(key, isOn)` shows or hides a signal; `choose(names)` selects the signals that the device sends. */
   constructor(toggle, choose) {
-    Object.assign(this, { toggle, choose, rows: [] });
+    this.toggle = toggle;
+    this.choose = choose;
+    this.rows = [];
     by("signal-filter").oninput = () => this.filter();
   }
 

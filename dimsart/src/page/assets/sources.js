@@ -9,7 +9,11 @@ export const sourceOf = (key) => key.slice(key.indexOf("@") + 1);
 
 export class Sources {
   constructor() {
-    Object.assign(this, { names: [], rings: [], shared: [], traces: [], counter: 0 });
+    this.names = [];
+    this.rings = [];
+    this.shared = [];
+    this.traces = [];
+    this.counter = 0;
   }
 
   ring(name) { return this.rings[this.names.indexOf(name)]; }

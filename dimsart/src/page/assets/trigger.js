@@ -1,6 +1,6 @@
 // The trigger of the scope: finds an edge in new rows, and fires when the window around it is complete.
 
-import { by } from "./dom.js";
+import { by, node } from "./dom.js";
 
 export class Trigger {
   /** `change` is called after a change of the settings. */
@@ -21,7 +21,7 @@ export class Trigger {
   /** Offers signals as source; the selected one stays while it exists. */
   offer(names, first) {
     const source = by("trigger-source").value;
-    by("trigger-source").replaceChildren(...names.map((name) => Object.assign(document.createElement("option"), { value: name, textContent: name })));
+    by("trigger-source").replaceChildren(...names.map((name) => node("option", { value: name, textContent: name })));
     by("trigger-source").value = names.includes(source) ? source : first;
   }
 

@@ -1,0 +1,2 @@
+// Types of the bundled library are not checked.
+export {};
