@@ -42,11 +42,12 @@ pub use recorded::Recording;
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.
-const ASSETS: [(&str, &str, &str); 35] = [
+const ASSETS: [(&str, &str, &str); 36] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/adding.js", "text/javascript", include_str!("page/assets/adding.js")),
     ("/cursors.js", "text/javascript", include_str!("page/assets/cursors.js")),
+    ("/decimate.js", "text/javascript", include_str!("page/assets/decimate.js")),
     ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
     ("/dom.js", "text/javascript", include_str!("page/assets/dom.js")),
     ("/export.js", "text/javascript", include_str!("page/assets/export.js")),
@@ -236,10 +237,17 @@ async fn socket(
 }
 
 /// Sends the signals of a recording that the page shows.
-async fn recorded(State(site): State<Arc<Site>>, Query(entry): Query<Entry>) -> Response {
+async fn recorded(
+    State(site): State<Arc<Site>>,
+    Query(entry): Query<Entry>,
+    ConnectInfo(has_socket): ConnectInfo<HasSocket>,
+) -> Response {
     match (site.lets_in(&entry), site.recordings.get(entry.number)) {
         (false, _) => no_token(),
-        (true, Some(recording)) => binary(recording.bytes.to_vec()),
+        (true, Some(recording)) => {
+            has_socket.set();
+            binary(recording.bytes.to_vec())
+        }
         (true, None) => (StatusCode::NOT_FOUND, "unknown recording: reload the page").into_response(),
     }
 }
@@ -260,20 +268,28 @@ async fn replayed(State(site): State<Arc<Site>>, Query(entry): Query<Entry>) -> 
 async fn load_recording(
     State(site): State<Arc<Site>>,
     Query(entry): Query<Entry>,
+    ConnectInfo(has_socket): ConnectInfo<HasSocket>,
     content: Bytes,
 ) -> Response {
     if !site.lets_in(&entry) {
         return no_token();
     }
+    has_socket.set();
     // A STOP must not wait for a large file.
     answer(tokio::task::spawn_blocking(move || recorded::load(&content)).await)
 }
 
 /// Writes signals of the page as MCAP.
-async fn export(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, content: Bytes) -> Response {
+async fn export(
+    State(site): State<Arc<Site>>,
+    Query(entry): Query<Entry>,
+    ConnectInfo(has_socket): ConnectInfo<HasSocket>,
+    content: Bytes,
+) -> Response {
     if !site.lets_in(&entry) {
         return no_token();
     }
+    has_socket.set();
     let write = move || {
         let export: recorded::Export = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
         export.mcap().map_err(|error| error.to_string())
@@ -282,10 +298,16 @@ async fn export(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, conte
 }
 
 /// Identifies a joint from rows.
-async fn identify(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, content: Bytes) -> Response {
+async fn identify(
+    State(site): State<Arc<Site>>,
+    Query(entry): Query<Entry>,
+    ConnectInfo(has_socket): ConnectInfo<HasSocket>,
+    content: Bytes,
+) -> Response {
     if !site.lets_in(&entry) {
         return no_token();
     }
+    has_socket.set();
     let work = move || {
         let rows: tuning::Rows = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
         serde_json::to_vec(&rows.identify()?).map_err(|error| error.to_string())
@@ -294,10 +316,16 @@ async fn identify(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, con
 }
 
 /// Simulates a step with an identified joint, and sends its signals.
-async fn trial(State(site): State<Arc<Site>>, Query(entry): Query<Entry>, content: Bytes) -> Response {
+async fn trial(
+    State(site): State<Arc<Site>>,
+    Query(entry): Query<Entry>,
+    ConnectInfo(has_socket): ConnectInfo<HasSocket>,
+    content: Bytes,
+) -> Response {
     if !site.lets_in(&entry) {
         return no_token();
     }
+    has_socket.set();
     let kinds = site.kinds;
     let work = move || {
         let trial: tuning::Trial = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
@@ -316,7 +344,9 @@ fn answer(done: Result<Result<Vec<u8>, String>, JoinError>) -> Response {
 }
 
 fn binary(bytes: Vec<u8>) -> Response {
-    ([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response()
+    // Without a time limit, the connection must not stay open.
+    ([(header::CONTENT_TYPE, "application/octet-stream"), (header::CONNECTION, "close")], bytes)
+        .into_response()
 }
 
 fn no_token() -> Response {

@@ -252,6 +252,11 @@ fn a_preset_and_an_excitation_start_and_end_without_a_jump() {
     };
     bench.arm();
     bench.run(1.5);
+    // An excitation that interrupts an approach starts where the reference is.
+    hold(Held::GoTo(1.2));
+    bench.run(0.5);
+    hold(Held::Excited("chirp 0.05 0.5 0.5 0.5".parse().unwrap()));
+    bench.run(1.0);
     hold(Held::GoTo(1.2));
     bench.run(2.5);
     let position = |bench: &mut Bench| bench.live.rig_mut().stations()[0].position()[0];
@@ -283,4 +288,25 @@ fn a_user_moves_the_hand_of_a_disarmed_master() {
     hold(Held::Released);
     bench.run(4.0);
     assert!(position(&mut bench).abs() < 0.002, "{}", position(&mut bench));
+}
+
+/// A STOP during an excitation, and the next client finds the joint moving by itself: it must not.
+#[test]
+fn after_disarming_no_reference_is_held_or_excited() {
+    for held in [Held::At(1.0), Held::GoTo(1.0), Held::Excited("chirp 0.5 0.2 0.2 30".parse().unwrap())] {
+        let mut bench = Bench::new("joint", &["experiment.move.0.step.amplitude=0"]);
+        let hand = bench.live.reference_overrides();
+        bench.arm();
+        bench.run(1.5);
+        let signal = "DES_POSITION".to_owned();
+        bench.disarm();
+        bench.run(0.3);
+        hand.send(ReferenceOverride { station: 0, signal, axis: 0, held }).unwrap();
+        bench.run(0.3);
+        // The approach from where the load has moved the joint takes 6 s.
+        bench.arm();
+        bench.run(8.0);
+        let position = bench.live.rig_mut().stations()[0].position()[0];
+        assert!(position.abs() < 0.1, "{held:?}: {position}");
+    }
 }

@@ -161,10 +161,14 @@ impl Action {
         }
     }
 
+    /// Returns whether the action releases a reference.
+    pub(super) fn releases(&self) -> bool {
+        matches!(self, Self::Hold { value: None, .. })
+    }
+
     /// Returns whether the action is reserved for the holder of the lease.
     pub(super) fn changes(&self) -> bool {
-        let lets_go = matches!(self, Self::Hold { value: None, .. });
-        !lets_go && !matches!(self, Self::Events | Self::Recorder { .. } | Self::Rows)
+        !self.releases() && !matches!(self, Self::Events | Self::Recorder { .. } | Self::Rows)
     }
 
     /// Returns whether the action may start motion.

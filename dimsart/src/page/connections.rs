@@ -39,7 +39,7 @@ pub(super) struct Connections {
 pub(super) struct HasSocket(Arc<AtomicBool>);
 
 impl HasSocket {
-    /// Removes the time limit.
+    /// Removes the time limit: for a WebSocket, or a request that takes time and closes the connection.
     pub(super) fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
     }

@@ -122,6 +122,7 @@ impl Station {
         let (stopping, to_stop) = sync_channel(MAX_STOPS);
         let stops = Arc::new(AtomicU64::new(0));
         let board = Arc::new(Board::new(number));
+        board.tell("simulated", &hand.is_some());
         board.tell("geometry", &geometry);
         let greet: Greet = Arc::new(move || Device::identify(open()?, PATIENCE, kinds));
         let start = |what: &str, run: Box<dyn FnOnce() + Send>| {
@@ -157,9 +158,10 @@ impl Station {
         let (answer, answered) = oneshot::channel();
         let Client { presence, waiting } = self.client(client);
         // One reference is the stored one, and one belongs to this request.
-        if Arc::strong_count(&waiting) > MAX_WAITING + 1
-            || Arc::strong_count(&self.waiting) > MAX_WAITING_OF_ALL
-        {
+        let is_full = Arc::strong_count(&waiting) > MAX_WAITING + 1
+            || Arc::strong_count(&self.waiting) > MAX_WAITING_OF_ALL;
+        // A release is never refused.
+        if is_full && !action.releases() {
             let reason = format!("{MAX_WAITING} requests to the device are pending: wait for their answers");
             let _ = answer.send(Err(reason));
             return answered;

@@ -85,14 +85,20 @@ impl RecordedSignals {
     /// Returns the sample period of its ticks, `s`; 1 ms if it cannot be determined.
     #[must_use]
     pub fn tick_s(&self) -> f64 {
-        let ends =
-            self.ticks.first().zip(self.ticks.last()).zip(self.times_s.first().zip(self.times_s.last()));
-        let found = ends.map(|((first, last), (start_s, end_s))| {
-            #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
-            let ticks = last.saturating_sub(*first) as f64;
-            (end_s - start_s) / ticks
-        });
-        found.filter(|tick_s| tick_s.is_finite() && *tick_s > 0.0).unwrap_or(1e-3)
+        // A restart begins with tick 0 again.
+        let (mut ticks, mut time_s) = (0, 0.0);
+        for pair in self.ticks.windows(2).zip(self.times_s.windows(2)) {
+            if let (&[one, next], &[start_s, end_s]) = pair
+                && next > one
+                && end_s > start_s
+            {
+                ticks += next - one;
+                time_s += end_s - start_s;
+            }
+        }
+        #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
+        let tick_s = time_s / ticks as f64;
+        if tick_s.is_finite() && tick_s > 0.0 { tick_s } else { 1e-3 }
     }
 
     /// Returns the minimum number of ticks between two rows.

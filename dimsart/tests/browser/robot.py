@@ -178,6 +178,7 @@ def pictures(browser, url, folder):
         page.click("#arm")
         page.wait_for_selector(".verdict.good", timeout=60000)
         page.wait_for_function("() => Math.abs(parseFloat(document.querySelectorAll('#device [role=slider]')[1].querySelector('text').textContent)) > 0.5", timeout=60000)
+        page.evaluate("() => { document.querySelector('#toast').hidden = true; }")
         page.screenshot(path=folder / name)
         page.click("#disarm")
         page.close()

@@ -82,8 +82,9 @@ def presets(page, step):
     step("joint: a stored position is approached at limited speed and held; then the experiment continues")
     position = "() => parseFloat(document.querySelector('#device text').textContent)"
     expect(page.locator("#preset-go")).to_be_disabled()
-    page.once("dialog", lambda dialog: dialog.accept("home"))
     page.click("#preset-save")
+    page.fill("#naming-name", "home")
+    page.keyboard.press("Enter")
     expect(page.locator("#preset")).to_have_value("home")
     home = page.evaluate(position)
     page.click("#arm")

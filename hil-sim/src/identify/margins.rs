@@ -46,7 +46,10 @@ pub fn loop_margins(closed_loop: &[FrequencyPoint]) -> LoopMargins {
                 margins.phase_crossing = Some((at(share), (-log_gain).exp()));
             }
             let half_power = -0.5 * std::f64::consts::LN_2;
-            if before.log_closed > half_power && point.log_closed <= half_power {
+            if before.log_closed > half_power
+                && point.log_closed <= half_power
+                && margins.bandwidth_hz.is_none()
+            {
                 margins.bandwidth_hz = Some(at(share(half_power, before.log_closed, point.log_closed)));
             }
             last = Some(LoopPoint { phase_rad: phase, ..point });

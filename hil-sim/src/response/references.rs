@@ -136,7 +136,10 @@ impl References {
         let Some(reference) = found else { return };
         reference.excitation = None;
         match held {
-            Held::At(value) if value.is_finite() => reference.held = Some(value.into()),
+            Held::At(value) if value.is_finite() => {
+                reference.held = Some(value.into());
+                reference.end_approach();
+            }
             Held::GoTo(value) if value.is_finite() => {
                 let value = f64::from(value);
                 let offset = reference.shown(rig).unwrap_or(value) - value;
@@ -149,6 +152,7 @@ impl References {
             Held::Excited(excitation) => {
                 let (now_s, shown) = (rig.time_s(), reference.shown(rig));
                 reference.held = shown.or(reference.held);
+                reference.end_approach();
                 let end_s = now_s + excitation.duration_s();
                 reference.excitation = excitation.motion().map(|motion| (motion, [now_s, end_s]));
             }
@@ -257,6 +261,13 @@ impl Reference {
         base + self.excitation.as_ref().map_or(0.0, |(motion, [start_s, _])| motion.at(time_s - start_s))
     }
 
+    /// Ends an approach, so that the next value is the target value.
+    fn end_approach(&mut self) {
+        if self.approach.is_some() {
+            self.approach = Some(Approach::default());
+        }
+    }
+
     /// Returns a reference to the experiment, without a jump.
     fn release(&mut self, repetition: &Repetition, rig: &Rig) {
         self.held = None;
@@ -280,7 +291,8 @@ impl Reference {
             return value(base);
         }
         if !is_commanded {
-            self.approach = None;
+            // After a STOP or disarming, the next client must not find an earlier client's motion.
+            (self.approach, self.held, self.excitation) = (None, None, None);
             return match self.start {
                 Start::Measured(place) => FrameOverride::OtherEntry(place),
                 Start::Led { station, axis } => {

@@ -50,6 +50,13 @@ export class Cursors {
   }
 }
 
+/** Index of the value that is nearest, in ascending values. */
 function nearest(x, at) {
-  return x.reduce((best, value, i) => (Math.abs(value - at) < Math.abs(x[best] - at) ? i : best), 0);
+  let [low, high] = [0, x.length - 1];
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (x[middle] < at) low = middle;
+    else high = middle;
+  }
+  return Math.abs(x[low] - at) <= Math.abs(x[high] - at) ? low : high;
 }

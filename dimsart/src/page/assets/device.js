@@ -37,11 +37,12 @@ export class DevicePicture {
   /** Handles dragging of an axis reference, around a dial or along a slide, and jogging by keys. */
   drag(group, axis, isTurning) {
     // The station at the start of the drag.
-    let last = null, station = null, isDragged = false;
+    let last = null, station = null, isDragged = false, scale = 1;
     const at = (event) => {
       const box = group.firstChild.getBoundingClientRect();
       const [x, y] = [event.clientX - (box.left + box.right) / 2, (box.top + box.bottom) / 2 - event.clientY];
-      if (!isTurning) return (2 * x * this.largest[axis].position) / box.width;
+      // The drawn scale at the start of the drag: the reference itself changes the scale.
+      if (!isTurning) return Math.max(-1, Math.min(1, x / (0.45 * box.width))) * scale;
       const angle = Math.atan2(y, x);
       // Continuous angle, for more than one turn.
       return last === null ? angle : last + Math.atan2(Math.sin(angle - last), Math.cos(angle - last));
@@ -54,13 +55,17 @@ export class DevicePicture {
       this.hold(station, axis, null);
     };
     group.addEventListener("pointerdown", (event) => {
-      if (this.why) return;
+      if (this.why || event.button || !event.isPrimary) return;
       group.setPointerCapture(event.pointerId);
-      [last, station, isDragged] = [null, this.station, true];
+      [last, station, isDragged, scale] = [null, this.station, true, this.largest[axis].position];
       go(event);
     });
-    group.addEventListener("pointermove", (event) => { if (isDragged) go(event); });
-    for (const kind of ["pointerup", "pointercancel", "blur"]) group.addEventListener(kind, end);
+    group.addEventListener("pointermove", (event) => {
+      if (!isDragged) return;
+      if (this.why || !event.buttons) end();
+      else go(event);
+    });
+    for (const kind of ["pointerup", "pointercancel", "lostpointercapture", "blur"]) group.addEventListener(kind, end);
     group.addEventListener("keydown", (event) => {
       const sign = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
       if (this.why || !sign) return;

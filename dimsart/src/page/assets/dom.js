@@ -26,6 +26,20 @@ export function node(name, properties = {}, ...children) {
  */
 export const focusedElement = () => document.activeElement;
 
+/**
+ * Asks for a name, without blocking the page: a modal prompt would end motion and hide STOP.
+ * @returns {Promise<string>} the name; empty if the user cancels
+ */
+export function askName(title) {
+  const dialog = by("naming"), input = by("naming-name");
+  by("naming-title").textContent = title;
+  input.value = "";
+  dialog.returnValue = "";
+  dialog.show();
+  input.focus();
+  return new Promise((resolve) => { dialog.onclose = () => resolve(dialog.returnValue === "save" ? input.value.trim() : ""); });
+}
+
 const SVG = "http://www.w3.org/2000/svg";
 
 /**

@@ -1,6 +1,6 @@
 // Layout of the scope: in the address, so that a reload or a link shows the same, and by name in this browser.
 
-import { by, node } from "./dom.js";
+import { askName, by, node } from "./dom.js";
 
 const STORED = "dimsart layouts";
 /** Fields that a layout consists of. */
@@ -19,8 +19,8 @@ export class Layouts {
   constructor(get, set) {
     this.get = get;
     this.set = set;
-    by("layout-save").onclick = () => {
-      const name = prompt("Name of the layout");
+    by("layout-save").onclick = async () => {
+      const name = await askName("Name of the layout");
       if (!name) return;
       localStorage.setItem(STORED, JSON.stringify({ ...stored(), [name]: this.now() }));
       this.offer(name);

@@ -102,6 +102,8 @@ function hear({ kind, station, content, ...message }) {
         stations[number] = { name, faults: null, events: [] };
       }
       stations.length = message.stations.length;
+      // After a reconnection, the recordings are loaded already.
+      if (scope.isRecorded) return;
       if (message.recordings.length) return viewRecordings(message.recordings, scope, token).catch((error) => say(error.message, true));
       scope.setNames(message.stations);
       shown = Math.max(0, Math.min(shown, stations.length - 1));
@@ -132,11 +134,9 @@ function hear({ kind, station, content, ...message }) {
       // The overview of a dry run of this page is not the running scheme.
       if (kind === "overview" && content.status.is_in_transaction && modules.isBusy(station)) break;
       stations[station][kind] = content;
-      if (kind === "geometry") {
-        // The controllers of a simulation share a clock.
-        scope.shareClock(station, content !== null);
-        showRobots();
-      }
+      // The controllers of a simulation share a clock.
+      if (kind === "simulated") scope.shareClock(station, content);
+      if (kind === "geometry") showRobots();
       if (kind === "overview") scope.period(station, content.identity.sample_period_s);
       show(kind, station);
   }
@@ -180,6 +180,7 @@ function health(here) {
 }
 
 function showStations() {
+  if (scope.isRecorded) return;
   const buttons = stations.map((here, number) => {
     const button = node("button", {
       title: here.gone ?? here.status?.live.state ?? "",
@@ -233,8 +234,9 @@ function showState(here) {
   by("transaction").hidden = !here.overview?.status.is_in_transaction || modules.isBusy(shown);
   allow("abort", why);
   modules.allow(why);
-  device.allow(why);
-  robots?.allow(why);
+  const whyStill = why || (isOther || "");
+  device.allow(whyStill);
+  robots?.allow(whyStill);
   tuning.allow(why, isHeld);
   presets.allow(why || (isHeld ? "" : "arm the controller first"));
   const status = here.overview?.status, identity = here.overview?.identity;

@@ -44,6 +44,7 @@ export class Plots {
   build(panels, view, columns) {
     for (const { plot } of this.all) plot.destroy();
     this.zoom = false;
+    this.view = view;
     this.place.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
     const style = getComputedStyle(document.body), quiet = style.getPropertyValue("--quiet"), rule = style.getPropertyValue("--rule");
     const axis = { stroke: quiet, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule, width: 1 } };
@@ -91,7 +92,7 @@ export class Plots {
 
   /** Vertical lines with a text, on the time axis. */
   drawMarks(plot) {
-    for (const { at, text } of this.marks) line(plot, at, text, "#a3142e");
+    for (const { at, text } of this.view === "time" ? this.marks : []) line(plot, at, text, "#a3142e");
   }
 
   /** Returns a picture of all plots with their legends, as a canvas. */

@@ -1,6 +1,6 @@
 // Presets: stored positions of a simulated device, approached at limited speed.
 
-import { by, node } from "./dom.js";
+import { askName, by, node } from "./dom.js";
 
 const STORED = "dimsart presets";
 
@@ -19,9 +19,11 @@ export class Presets {
     this.position = position;
     this.say = say;
     this.device = "";
-    by("preset-save").onclick = () => {
-      const name = prompt("Name of this position"), positions = position();
-      if (name && positions) this.store({ ...this.own(), [name]: positions });
+    by("preset-save").onclick = async () => {
+      const positions = position();
+      if (!positions?.every(Number.isFinite)) return say("the positions are unknown", true);
+      const name = await askName("Name of this position");
+      if (name) this.store({ ...this.own(), [name]: positions });
     };
     by("preset-delete").onclick = () => {
       const { [by("preset").value]: _, ...others } = this.own();
@@ -47,7 +49,8 @@ export class Presets {
   /** Shows the presets of a station's device; only a simulated device can be moved from the page. */
   show(here) {
     by("presets").hidden = !here?.geometry;
-    const device = here?.overview?.identity.device ?? "";
+    const identity = here?.overview?.identity;
+    const device = identity ? `${identity.device} (${identity.axes.join(", ")})` : "";
     if (device === this.device) return;
     this.device = device;
     this.offer();

@@ -12,8 +12,8 @@ const header = (name, { indices = [], unit = "" } = {}) =>
 
 /** Rows of signals in a ring buffer. Row numbers increase without wrapping. */
 export class Ring {
-  /** `unsent` are the names of signals without rows. */
-  constructor(layout, period_s, unsent) {
+  /** `unsent` are the names of signals without rows; `size` is the number of complete rows that follow, if they are known. */
+  constructor(layout, period_s, unsent, size = 0) {
     this.unsent = unsent;
     this.columns = layout.signals.flatMap(({ name, unit, words, places }) => Array.from({ length: words },
       (_, place) => ({ signal: name, place, unit, name: words > 1 ? `${name}[${place}]` : name, header: header(name, places?.[place]) })));
@@ -21,8 +21,8 @@ export class Ring {
     this.layout = layout;
     this.step = layout.every_ticks;
     this.tick_s = period_s;
-    this.size = Math.max(2, Math.round(Math.min(SECONDS / (period_s * this.step), MOST_ROWS)));
-    this.values = this.columns.map(() => new Float32Array(this.size));
+    this.size = size || Math.max(2, Math.round(Math.min(SECONDS / (period_s * this.step), MOST_ROWS)));
+    this.values = size ? [] : this.columns.map(() => new Float32Array(this.size));
     this.ticks = new Uint32Array(this.size);
     this.times = new Float64Array(this.size);
     this.count = 0;
@@ -33,9 +33,11 @@ export class Ring {
 
   /** Creates a ring of complete rows: `values` has one array per column. */
   static loaded(layout, period_s, ticks, values) {
-    const ring = new Ring(layout, period_s, []);
-    const times = Float64Array.from(ticks, (tick) => tick - ticks[0]);
-    return Object.assign(ring, { size: ticks.length, count: ticks.length, ticks, times, values });
+    const ring = new Ring(layout, period_s, [], ticks.length);
+    const times = new Float64Array(ticks.length);
+    // Of a restart, the duration is unknown: two steps represent it.
+    for (let i = 1; i < times.length; i++) times[i] = times[i - 1] + (ticks[i] > ticks[i - 1] ? ticks[i] - ticks[i - 1] : 2 * ring.step);
+    return Object.assign(ring, { count: ticks.length, ticks, times, values });
   }
 
   push(tick, view, at) {

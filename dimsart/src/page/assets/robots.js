@@ -36,7 +36,7 @@ export class Robots {
     // Before the listeners of the view control: a drag of a part must not turn the view.
     canvas.addEventListener("pointerdown", (event) => this.grab(event));
     canvas.addEventListener("pointermove", (event) => this.drag(event));
-    for (const kind of ["pointerup", "pointercancel"]) canvas.addEventListener(kind, () => this.release());
+    for (const kind of ["pointerup", "pointercancel", "lostpointercapture"]) canvas.addEventListener(kind, () => this.release());
     canvas.addEventListener("keydown", (event) => this.turn(event));
     this.controls = new OrbitControls(this.camera, canvas);
     // The wheel scrolls the page until the view is selected.
@@ -145,6 +145,7 @@ export class Robots {
   }
 
   grab(event) {
+    if (event.button || !event.isPrimary) return;
     this.aim(event);
     const hit = this.robots.length && this.ray.intersectObject(this.scene, true).find(({ object }) => object.userData.robot);
     if (!hit || !hit.object.userData.drag || this.why) return;
@@ -161,6 +162,7 @@ export class Robots {
 
   drag(event) {
     if (!this.dragged) return;
+    if (this.why || !event.buttons) return this.release();
     const { robot, plane, body, own, axes, signal, positions, offset } = this.dragged;
     this.aim(event);
     const hit = this.ray.ray.intersectPlane(plane, new Vector3());

@@ -6,6 +6,7 @@
 
 import { digits } from "./device.js";
 import { by, node } from "./dom.js";
+import { decimate, decimateTimes, partLength } from "./decimate.js";
 import { Cursors } from "./cursors.js";
 import { exportCsv, exportMcap, exportPng } from "./export.js";
 import { spectrum } from "./fourier.js";
@@ -35,6 +36,7 @@ export class Scope {
     this.held = null;
     this.pan_s = 0;
     this.byStation = [];
+    this.restUntil = 0;
     this.list = new SignalList((key, isOn) => this.toggle(key, isOn), choose);
     this.cursors = new Cursors(() => this.draw(true));
     this.plots = new Plots(by("plots"), this.cursors, (key, panel) => this.drop(key, panel));
@@ -44,9 +46,9 @@ export class Scope {
     by("run").onclick = () => this.setRunning(!this.isRunning);
     by("fit").onclick = () => { this.plots.zoom = false; this.draw(true); };
     by("export").onclick = () => exportCsv(this.table());
-    by("export-png").onclick = () => exportPng(this.plots.picture());
+    by("export-png").onclick = () => exportPng(this.xy ?? this.plots.picture());
     by("export-mcap").onclick = () => exportMcap(this.table(), token).catch((error) => say(error.message, true));
-    by("view").onchange = () => this.rebuild();
+    by("view").onchange = () => { this.cursors.at = [null, null]; this.rebuild(); };
     by("columns").onchange = () => this.rebuild();
     by("window").onchange = change;
     by("pan").oninput = () => { this.pan_s = Number(by("pan").value); this.draw(true); };
@@ -228,9 +230,12 @@ export class Scope {
   }
 
   span_s() {
-    const whole = by("window").value === "all";
     const ring = this.rings().get(this.name);
-    if (whole && ring?.count) return ring.seconds(ring.count - 1) - ring.seconds(ring.oldest()) + ring.step * ring.tick_s;
+    if (by("window").value === "all" && ring?.count) {
+      // From the first row of all sources to the end of the window.
+      const starts = [...this.rings().values()].filter(({ count }) => count).map((one) => one.seconds(one.oldest()));
+      return (this.held?.to_s ?? this.end_s()) - Math.min(...starts);
+    }
     return Math.max(Number(by("window").value) || 2, 2 * (ring ? ring.step * ring.tick_s : 0));
   }
 
@@ -276,7 +281,12 @@ export class Scope {
       const rows = live.get(sourceOf(key)), column = rows?.numbers.get(nameOf(key));
       return column === undefined || !rows.count ? undefined : rows.at(column, rows.count - 1);
     });
-    if (!(this.trigger.mode === "normal" && this.held === null && this.drawn)) this.draw();
+    if (this.trigger.mode === "normal" && this.held === null && this.drawn) return;
+    // A large window must leave time for the presence messages of the page.
+    const start = performance.now();
+    if (start < this.restUntil) return;
+    this.draw();
+    this.restUntil = performance.now() + 2 * (performance.now() - start);
   }
 
   choosePanels(ring) {
@@ -310,10 +320,14 @@ export class Scope {
 
   /** Values of a signal or math channel by name; NaN in gaps. */
   values({ ring, numbers }, name) {
-    const of = (column) => numbers.map((row) => (row === null ? NaN : ring.at(column, row)));
+    const of = (column) => {
+      const values = new Float64Array(numbers.length);
+      for (let i = 0; i < values.length; i++) values[i] = numbers[i] === null ? NaN : ring.at(column, numbers[i]);
+      return values;
+    };
     const channel = this.channels.find((known) => known.name === name);
     if (!channel) return of(ring.numbers.get(name));
-    return channel.evaluate((signal) => of(ring.numbers.get(signal)), numbers.length, ring.step * ring.tick_s);
+    return Float64Array.from(channel.evaluate((signal) => Array.from(of(ring.numbers.get(signal))), numbers.length, ring.step * ring.tick_s));
   }
 
   /** Creates the plots of the present panels. */
@@ -360,7 +374,9 @@ export class Scope {
       const part = trace ? partOf(this.sources.ofTrace(trace, sourceOf(key)), at) : partOf(rings.get(sourceOf(key)), span);
       return { part, values: this.values(part, nameOf(key)) };
     };
-    const finite = (values) => values.map((value) => (Number.isFinite(value) ? value : null));
+    const finite = (values) => Array.from(values, (value) => (Number.isFinite(value) ? value : null));
+    const width = by("plots").clientWidth / Number(by("columns").value);
+    const shortTimes = new Map();
     const view = by("view").value;
     if (view === "xy") {
       const two = this.keys().filter((key) => this.has(key)).slice(0, 2).map((key) => ({ name: nameOf(key), unit: this.unit(key), color: this.colors().get(key), ...curve({ key }) }));
@@ -369,7 +385,11 @@ export class Scope {
     const wrong = [];
     const tables = this.plots.all.map(({ curves }) => curves.map((one) => {
       const { part, values } = curve(one);
-      if (view === "time") return [part.times, finite(values)];
+      if (view === "time") {
+        const length = partLength(values.length, width);
+        if (!shortTimes.has(part)) shortTimes.set(part, decimateTimes(part.times, length));
+        return [shortTimes.get(part), decimate(values, length)];
+      }
       if (part.hasGap || !values.every(Number.isFinite) || values.length < 4) {
         wrong.push(`${one.label} (${part.hasGap ? "ticks are missing" : "NaN or infinite values"})`);
         return [[], []];
@@ -392,7 +412,7 @@ export class Scope {
     const texts = [...new Set(this.keys())].flatMap((key) => {
       const ring = rings.get(sourceOf(key)), reference = `DES_${nameOf(key)}`;
       if (!ring?.numbers.has(nameOf(key)) || !ring.numbers.has(reference)) return [];
-      const part = partOf(ring), found = stepFigures(part.times, this.values(part, reference), this.values(part, nameOf(key)));
+      const part = partOf(ring), found = stepFigures(part.times, Array.from(this.values(part, reference)), Array.from(this.values(part, nameOf(key))));
       if (!found) return [];
       return [`${nameOf(key)}: step of ${digits(found.size)} ${this.unit(key)} at ${digits(found.start_s)} s: rise time (10 to 90 %) ${ms(found.rise_s)}, overshoot ${digits(100 * found.overshoot)} %, settling time (2 %) ${ms(found.settling_s)}, error at the end ${digits(found.error)} ${this.unit(key)}`];
     });

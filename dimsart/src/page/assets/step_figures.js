@@ -10,8 +10,8 @@ const BAND = 0.02;
  * step. Times that are not reached within the window are null.
  */
 export function stepFigures(times, reference, values) {
-  const finite = reference.filter(Number.isFinite);
-  const range = Math.max(...finite) - Math.min(...finite);
+  const [least, most] = limits(reference);
+  const range = most - least;
   if (!(range > 0)) return null;
   const at = reference.findLastIndex((value, i) => i > 0 && Math.abs(value - reference[i - 1]) >= MIN_SHARE * range);
   if (at < 1 || reference.length - at < 3) return null;
@@ -32,8 +32,18 @@ export function stepFigures(times, reference, values) {
     start_s,
     size,
     rise_s: ten === null || ninety === null ? null : ninety - ten,
-    overshoot: Math.max(0, Math.max(...shares) - 1),
+    overshoot: Math.max(0, limits(shares)[1] - 1),
     settling_s: outside === shares.length - 1 ? null : times[at + outside + 1] - start_s,
     error: values.at(-1) - to,
   };
+}
+
+/** Minimum and maximum of the finite values; without any, the range is negative. */
+function limits(values) {
+  let [least, most] = [Infinity, -Infinity];
+  for (const value of values) {
+    if (value < least) least = value;
+    if (value > most) most = value;
+  }
+  return [least, most];
 }

@@ -23,6 +23,7 @@ export class Tuning {
     this.plots = new Plots(by("tune-plot"), { draw() {}, set() {} }, null);
     const run = (work) => () => work.call(this).catch((error) => say(error.message, true));
     by("tune-kind").onchange = () => this.offer();
+    by("tune-axis").onchange = () => this.forget();
     by("excite").onclick = run(this.excite);
     by("identify").onclick = run(this.identify);
     by("tune-try").onclick = run(this.attempt);
@@ -40,13 +41,22 @@ export class Tuning {
   /** Shows the axes of a station. */
   show(here) {
     this.here = here;
-    const axes = here?.overview?.identity.axes ?? [];
-    if (by("tune-axis").children.length === axes.length) return;
+    const identity = here?.overview?.identity, axes = identity?.axes ?? [];
+    const device = `${here?.name} ${axes.join()}`;
+    if (this.device === device) return;
+    this.device = device;
+    this.forget();
     by("tune-axis").replaceChildren(...axes.map((kind, axis) => node("option", { value: axis, textContent: `${axis} (${kind})` })));
   }
 
   allow(why, isMine) {
-    const simulated = this.here?.geometry;
+    const simulated = this.here?.simulated;
+    this.why = why;
+    if (!isMine && this.timer) {
+      clearInterval(this.timer);
+      this.timer = null;
+      by("excite-state").textContent = "stopped: the controller is not armed by this page";
+    }
     const reason = why || (!simulated ? "on a board, add CHIRP_MOD or PRBS_MOD to the scheme instead" : isMine ? "" : "arm the controller first");
     by("excite").disabled = Boolean(reason);
     by("excite").title = reason || "Move the reference around its present value";
@@ -68,11 +78,23 @@ export class Tuning {
     this.timer = setInterval(() => {
       const left = seconds - (performance.now() - this.startedAt) / 1000;
       by("excite-state").textContent = left > 0 ? `${digits(Math.ceil(left))} s left` : "finished: identify";
-      if (left <= 0) clearInterval(this.timer);
+      if (left > 0) return;
+      clearInterval(this.timer);
+      this.timer = null;
     }, 200);
   }
 
+  /** Forgets the identified joint: it belongs to another axis. */
+  forget() {
+    this.joint = null;
+    by("identified").replaceChildren();
+    by("margins").textContent = "";
+    by("tune-gains").hidden = true;
+    this.plots.build([], "spectrum", 1);
+  }
+
   async identify() {
+    this.forget();
     const names = (name) => [name, `${name}[${this.axis()}]`];
     const { period_s, tick_s, values } = this.scope.series([names("POSITION"), names("FORCE"), names("DES_FORCE"), names("DES_POSITION")], Number(by("tune-duration").value));
     const [position, measured, commanded, reference] = values;
@@ -158,6 +180,7 @@ export class Tuning {
   }
 
   apply() {
+    if (this.why) return this.say(this.why, true);
     const { law, own } = this.changes(), axes = this.here.overview.identity.axes.length;
     for (const [name, value] of Object.entries(own)) {
       const field = axes > 1 ? `${name}[${this.axis()}]` : name;

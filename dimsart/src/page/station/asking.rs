@@ -68,6 +68,8 @@ pub(super) struct Asking {
     looked: Sender<()>,
     /// The client that holds the lease.
     holder: Option<u64>,
+    /// Whether another program holds the device's lease.
+    is_foreign: bool,
     hand: Option<ReferenceOverrideFn>,
     /// References that clients hold.
     held: Vec<(u64, String, usize)>,
@@ -90,7 +92,19 @@ impl Asking {
         recorder: Arc<Recorder>,
     ) -> Self {
         let (holder, held, has_left_open) = (None, Vec::new(), false);
-        Self { news, greet, looked, holder, hand, held, stops, seen_stops: 0, recorder, has_left_open }
+        Self {
+            news,
+            greet,
+            looked,
+            holder,
+            is_foreign: false,
+            hand,
+            held,
+            stops,
+            seen_stops: 0,
+            recorder,
+            has_left_open,
+        }
     }
 
     pub(super) fn run(mut self, asks: &Receiver<Ask>) {
@@ -106,7 +120,9 @@ impl Asking {
                 Ok(()) => return,
                 Err(error) => {
                     self.news.tell("gone", &Some(error.to_string()));
-                    refuse(asks, &error);
+                    for client in refuse(asks, &error) {
+                        self.release_references(client);
+                    }
                 }
             }
             self.holder = None;
@@ -124,6 +140,7 @@ impl Asking {
         loop {
             if looked.is_none_or(|looked| looked.elapsed() > LOOK) {
                 let live = device.live()?;
+                self.is_foreign = live.holder.is_some() && !device.holds_lease();
                 self.news.tell("status", &Status { live, holder: self.holder });
                 looked = Some(Instant::now());
             }
@@ -199,6 +216,9 @@ impl Asking {
         presence: &Presence,
         action: Action,
     ) -> Answer {
+        if self.is_foreign && action.held().is_some_and(|(.., is_held)| is_held) {
+            return Err("another program holds the lease: only this program can move the device".to_owned());
+        }
         if let Some((signal, axis, is_held)) = action.held() {
             self.held.retain(|(_, held, at)| (held.as_str(), *at) != (signal, axis));
             self.held.extend(is_held.then(|| (client, signal.to_owned(), axis)));
@@ -215,14 +235,18 @@ impl Asking {
 
     /// Releases the references and the lease of a disconnected client.
     fn forget(&mut self, device: &mut PageDevice, client: u64) {
+        self.release_references(client);
+        if self.holder == Some(client) {
+            self.let_go(device);
+        }
+    }
+
+    fn release_references(&mut self, client: u64) {
         let (gone, held) = self.held.drain(..).partition(|(holder, ..)| *holder == client);
         self.held = held;
         for ((_, signal, axis), hand) in Vec::into_iter(gone).zip(self.hand.iter().cycle()) {
             // The reference may be released already.
             let _ = hand(signal, axis, Held::Released);
-        }
-        if self.holder == Some(client) {
-            self.let_go(device);
         }
     }
 
@@ -268,11 +292,16 @@ impl Asking {
     }
 }
 
-/// Refuses pending requests, which may be outdated when the line is open again.
-fn refuse(asks: &Receiver<Ask>, error: &ConnectError) {
+/// Refuses pending requests, which may be outdated when the line is open again. Returns the clients that have disconnected.
+fn refuse(asks: &Receiver<Ask>, error: &ConnectError) -> Vec<u64> {
+    let mut gone = Vec::new();
     for ask in asks.try_iter() {
-        if let Ask::Do(Asked { answer, .. }) | Ask::Record { answer, .. } = ask {
-            let _ = answer.send(Err(error.to_string()));
+        match ask {
+            Ask::Do(Asked { answer, .. }) | Ask::Record { answer, .. } => {
+                let _ = answer.send(Err(error.to_string()));
+            }
+            Ask::IsGone { client } => gone.push(client),
         }
     }
+    gone
 }
