@@ -42,7 +42,7 @@ pub use recorded::Recording;
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.
-const ASSETS: [(&str, &str, &str); 36] = [
+const ASSETS: [(&str, &str, &str); 37] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/adding.js", "text/javascript", include_str!("page/assets/adding.js")),
@@ -73,6 +73,7 @@ const ASSETS: [(&str, &str, &str); 36] = [
     ("/sources.js", "text/javascript", include_str!("page/assets/sources.js")),
     ("/step_figures.js", "text/javascript", include_str!("page/assets/step_figures.js")),
     ("/three.min.js", "text/javascript", include_str!("page/assets/three.min.js")),
+    ("/traces.js", "text/javascript", include_str!("page/assets/traces.js")),
     ("/trigger.js", "text/javascript", include_str!("page/assets/trigger.js")),
     ("/tuning.js", "text/javascript", include_str!("page/assets/tuning.js")),
     ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),

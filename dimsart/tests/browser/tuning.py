@@ -69,6 +69,10 @@ def tune(browser, url, step, errors, folder):
     page.screenshot(path=folder / "page-tune.png")
     page.click("#tune-apply")
     expect(page.locator("#pending-count")).to_contain_text("3", timeout=60000)
+    expect(page.locator("#pending-check")).to_have_text("check passed", timeout=60000)
+    # A reload keeps the pending changes.
+    page.reload()
+    expect(page.locator("#pending-count")).to_contain_text("3", timeout=60000)
     gain = float(suggested.split("K = ")[1].split(",")[0])
     expect(page.locator("#pending-check")).to_have_text("check passed", timeout=60000)
     page.click("#apply")

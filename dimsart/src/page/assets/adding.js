@@ -13,6 +13,7 @@ export class Adding {
       first?.querySelector("button").click();
     };
     by("adding-close").onclick = () => by("adding").close();
+    by("adding").onkeydown = (event) => { if (event.key === "Escape") by("adding").close(); };
   }
 
   /** Opens the dialog for a place in the order of the modules. */
@@ -31,7 +32,8 @@ export class Adding {
       return item;
     }));
     by("adding-filter").value = "";
-    by("adding").showModal();
+    // Not modal: STOP stays within reach.
+    by("adding").show();
     by("adding-filter").focus();
   }
 

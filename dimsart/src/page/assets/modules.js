@@ -52,8 +52,9 @@ export class Modules {
         this.showCards();
         this.showPending();
         this.changed();
-      });
+      }, `dimsart pending ${here.name}`);
       this.drafts.set(station, draft);
+      draft.pending.restore();
     }
     this.draft = this.drafts.get(station);
     this.draft.here = here;

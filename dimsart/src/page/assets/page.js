@@ -7,7 +7,7 @@ import { DevicePicture } from "./device.js";
 import { by, node } from "./dom.js";
 import { showFleet } from "./fleet.js";
 import { Modules } from "./modules.js";
-import { drawScheme } from "./scheme.js";
+import { drawScheme, enableZoom } from "./scheme.js";
 import { Presets } from "./presets.js";
 import { Recording } from "./recording.js";
 import { Scope } from "./scope.js";
@@ -308,6 +308,7 @@ async function stopAll() {
   else say([...new Set(answers.map(({ value }) => String(value)))].join("; "));
 }
 
+enableZoom(by("scheme"));
 by("robot-details").ontoggle = showRobots;
 by("stop").onclick = stopAll;
 addEventListener("keydown", (event) => { if (event.key === "Escape") stopAll(); });

@@ -7,10 +7,14 @@
 import { between, changes } from "./rows.js";
 
 export class Pending {
-  /** `ask(what)` sends an action to the controller; `changed()` is called after every change. */
-  constructor(ask, changed) {
+  /**
+   * `ask(what)` sends an action to the controller; `changed()` is called after every change; `stored` is the key under which a
+   * reload of the page finds the pending edits.
+   */
+  constructor(ask, changed, stored) {
     this.ask = ask;
     this.changed = changed;
+    this.stored = stored;
     this.queue = Promise.resolve();
     // The schemes that ran; the last one runs.
     this.applied = [];
@@ -66,6 +70,16 @@ export class Pending {
       const { base, rows, edits } = this.entry;
       const made = make((this.tried?.overview ?? this.running).modules);
       if (made.length) await this.push({ base, rows, edits: [...edits, ...made] });
+    });
+  }
+
+  /** Restores the pending edits after a reload of the page. */
+  restore() {
+    const text = sessionStorage.getItem(this.stored);
+    if (!text) return this.queue;
+    return this.inTurn(async () => {
+      await this.readRunning();
+      await this.push({ base: this.running, ...JSON.parse(text) });
     });
   }
 
@@ -143,7 +157,10 @@ export class Pending {
       Object.assign(this, { isBusy: true, refused: "" });
       this.changed();
       try {
-        return await task();
+        const done = await task();
+        if (this.tried) sessionStorage.setItem(this.stored, JSON.stringify(this.transaction(this.entry)));
+        else sessionStorage.removeItem(this.stored);
+        return done;
       } catch (error) {
         this.refused = error.message;
         return undefined;

@@ -12,6 +12,8 @@ const {
 } = /** @type {any} */ (three);
 
 const FRAME_MS = 33;
+/** A display's frame; a picture that takes longer is followed by a pause, for the presence messages of the page. */
+const FAST_MS = 20, PAUSES = 4, MAX_PAUSE_MS = 500;
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const HINT = "Drag a link, tip (sphere) or hand to move it; drag the background to turn the view. With the view selected: arrow keys turn, + and - zoom.";
 
@@ -24,6 +26,8 @@ export class Robots {
     this.sources = [];
     this.why = "";
     this.drawnAt = 0;
+    this.pause_ms = FRAME_MS;
+    this.isDrawn = false;
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
     const canvas = this.canvas = this.renderer.domElement;
     Object.assign(canvas, { tabIndex: 0, title: HINT });
@@ -128,8 +132,13 @@ export class Robots {
   }
 
   frame(now) {
-    if (!this.isDirty || !this.robots.length || now - this.drawnAt < FRAME_MS || !this.place.clientWidth) return;
-    [this.isDirty, this.drawnAt] = [false, now];
+    if (this.isDrawn) {
+      const took_ms = now - this.drawnAt;
+      this.pause_ms = took_ms <= FAST_MS ? FRAME_MS : Math.min(MAX_PAUSE_MS, PAUSES * took_ms);
+      this.isDrawn = false;
+    }
+    if (!this.isDirty || !this.robots.length || now - this.drawnAt < this.pause_ms || !this.place.clientWidth) return;
+    [this.isDirty, this.drawnAt, this.isDrawn] = [false, now, true];
     for (const robot of this.robots) robot.pose();
     this.renderer.render(this.scene, this.camera);
     this.robots.forEach((robot, n) => {

@@ -3,7 +3,7 @@
 //
 // A module's name opens its card, + adds a module, and a dot can be dragged to another signal that fits its port.
 
-import { focusedElement, svgNode } from "./dom.js";
+import { by, focusedElement, svgNode } from "./dom.js";
 
 const COLUMN = 88, ROW = 20, LEFT = 180, TOP = 92, RIGHT = 80;
 
@@ -77,6 +77,24 @@ export function drawScheme(place, overview, findings, editor) {
   if (focused) place.querySelector(`[data-edit="${CSS.escape(focused)}"]`)?.focus();
 }
 
+const ZOOM_STEP = 1.25, MIN_ZOOM = 0.4, MAX_ZOOM = 3;
+
+/** Enables zoom of the diagram by buttons and by Ctrl and the wheel; it pans by scrolling. */
+export function enableZoom(place) {
+  let zoom = 1;
+  const change = (factor) => {
+    zoom = Math.max(MIN_ZOOM, Math.min(MAX_ZOOM, zoom * factor));
+    place.style.setProperty("--zoom", String(zoom));
+  };
+  by("zoom-in").onclick = () => change(ZOOM_STEP);
+  by("zoom-out").onclick = () => change(1 / ZOOM_STEP);
+  place.addEventListener("wheel", (event) => {
+    if (!event.ctrlKey) return;
+    event.preventDefault();
+    change(event.deltaY < 0 ? ZOOM_STEP : 1 / ZOOM_STEP);
+  }, { passive: false });
+}
+
 /** Makes an element usable by keyboard. */
 function asButton(element, edit, label) {
   Object.assign(element.dataset, { edit: `diagram ${edit}` });
@@ -139,7 +157,9 @@ function asPort(circle, module, port, lanes, editor) {
   circle.onpointermove = (event) => {
     if (!isDragged) return;
     const box = lanes.get(port.signal).getBoundingClientRect(), over = laneAt(event);
-    circle.setAttribute("transform", `translate(0 ${event.clientY - (box.top + box.bottom) / 2})`);
+    // The diagram may be zoomed.
+    const scale = box.height / Number(lanes.get(port.signal).getAttribute("height"));
+    circle.setAttribute("transform", `translate(0 ${(event.clientY - (box.top + box.bottom) / 2) / scale})`);
     for (const [name, lane] of lanes) lane.classList.toggle("over", name === over);
   };
   circle.onpointerup = (event) => {

@@ -4,7 +4,6 @@
 //                          ▲
 //                 Trigger, pan, hold
 
-import { digits } from "./device.js";
 import { by, node } from "./dom.js";
 import { decimate, decimateTimes, partLength } from "./decimate.js";
 import { Cursors } from "./cursors.js";
@@ -15,7 +14,8 @@ import { parse } from "./math.js";
 import { Plots, labelOf } from "./plots.js";
 import { SignalList } from "./signal_list.js";
 import { Sources, decodeRecording, keyOf, nameOf, sourceOf } from "./sources.js";
-import { stepFigures } from "./step_figures.js";
+import { stepFigures, stepText } from "./step_figures.js";
+import { showTraces } from "./traces.js";
 import { Trigger } from "./trigger.js";
 import { drawXy } from "./xy.js";
 
@@ -408,15 +408,13 @@ export class Scope {
     const now = performance.now();
     if (view !== "time" || (this.isRunning && now - (this.figuresAt ?? 0) < FIGURES_MS)) return;
     this.figuresAt = now;
-    const ms = (value) => (value === null ? "not reached in this window" : `${digits(1000 * value)} ms`);
-    const texts = [...new Set(this.keys())].flatMap((key) => {
+    const texts = [...new Set(this.keys())].map((key) => {
       const ring = rings.get(sourceOf(key)), reference = `DES_${nameOf(key)}`;
-      if (!ring?.numbers.has(nameOf(key)) || !ring.numbers.has(reference)) return [];
-      const part = partOf(ring), found = stepFigures(part.times, Array.from(this.values(part, reference)), Array.from(this.values(part, nameOf(key))));
-      if (!found) return [];
-      return [`${nameOf(key)}: step of ${digits(found.size)} ${this.unit(key)} at ${digits(found.start_s)} s: rise time (10 to 90 %) ${ms(found.rise_s)}, overshoot ${digits(100 * found.overshoot)} %, settling time (2 %) ${ms(found.settling_s)}, error at the end ${digits(found.error)} ${this.unit(key)}`];
+      if (!ring?.numbers.has(nameOf(key)) || !ring.numbers.has(reference)) return "";
+      const part = partOf(ring), values = (name) => Array.from(this.values(part, name));
+      return stepText(nameOf(key), this.unit(key), stepFigures(part.times, values(reference), values(nameOf(key))));
     });
-    by("step-figures").replaceChildren(...texts.map((textContent) => node("li", { textContent })));
+    by("step-figures").replaceChildren(...texts.filter(Boolean).map((textContent) => node("li", { textContent })));
   }
 
   key(event) {
@@ -497,12 +495,7 @@ export class Scope {
   }
 
   showTraces() {
-    by("traces").replaceChildren(...this.sources.traces.map((trace) => {
-      const isShown = node("input", { type: "checkbox", checked: trace.isShown, onchange: () => { trace.isShown = isShown.checked; this.rebuild(); } });
-      const shift = node("input", { type: "number", step: "any", value: trace.shift_s, onchange: () => { trace.shift_s = Number(shift.value) || 0; this.draw(true); } });
-      const remove = node("button", { textContent: "Remove", onclick: () => { this.sources.traces = this.sources.traces.filter((other) => other !== trace); this.showTraces(); this.rebuild(); } });
-      return node("li", {}, node("label", {}, isShown, trace.name), node("label", {}, "shift ", shift, " s"), remove);
-    }));
+    showTraces(this.sources, (isRebuilt) => (isRebuilt ? this.rebuild() : this.draw(true)));
   }
 
   /** Rows of the shown signals of the shown source in the window, for exports. */

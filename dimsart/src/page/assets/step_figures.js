@@ -1,5 +1,7 @@
 // Figures of the last step of a reference: rise time, overshoot, settling time, error.
 
+import { digits } from "./device.js";
+
 /** A step is a change within one row of at least this share of the range of the reference. */
 const MIN_SHARE = 0.2;
 /** Settling band, as a share of the step. */
@@ -36,6 +38,13 @@ export function stepFigures(times, reference, values) {
     settling_s: outside === shares.length - 1 ? null : times[at + outside + 1] - start_s,
     error: values.at(-1) - to,
   };
+}
+
+/** Returns the figures of a signal as text; empty without a step. */
+export function stepText(name, unit, found) {
+  if (!found) return "";
+  const ms = (value) => (value === null ? "not reached in this window" : `${digits(1000 * value)} ms`);
+  return `${name}: step of ${digits(found.size)} ${unit} at ${digits(found.start_s)} s: rise time (10 to 90 %) ${ms(found.rise_s)}, overshoot ${digits(100 * found.overshoot)} %, settling time (2 %) ${ms(found.settling_s)}, error at the end ${digits(found.error)} ${unit}`;
 }
 
 /** Minimum and maximum of the finite values; without any, the range is negative. */
