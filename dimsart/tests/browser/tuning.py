@@ -77,8 +77,7 @@ def tune(browser, url, step, errors, folder):
     expect(page.locator("#pending-check")).to_have_text("check passed", timeout=60000)
     page.click("#apply")
     expect(page.locator("#pending")).to_be_hidden(timeout=60000)
-    shown = float(page.locator('[data-edit="PIDCTRL_MOD K_PARAM"]').input_value())
-    assert abs(shown / gain - 1) < 0.001, (shown, gain)
+    page.wait_for_function("(gain) => Math.abs(document.querySelector('[data-edit=\"PIDCTRL_MOD K_PARAM\"]').value / gain - 1) < 0.001", arg=gain, timeout=60000)
     page.close()
 
 

@@ -23,6 +23,8 @@ const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9"
 const LIKED = ["POSITION", "POSITION[0]", "DES_POSITION", "DES_POSITION[0]", "DES_FORCE", "DES_FORCE[0]"];
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const FIGURES_MS = 500;
+/** Pause after a drawing, as a multiple of its duration. */
+const RESTS = 4;
 
 export class Scope {
   /** `choose` selects the signals that the device sends; `say` shows a text; `token` is that of the address. */
@@ -286,7 +288,11 @@ export class Scope {
     const start = performance.now();
     if (start < this.restUntil) return;
     this.draw();
-    this.restUntil = performance.now() + 2 * (performance.now() - start);
+    // uPlot draws in a microtask, which runs before this one.
+    queueMicrotask(() => {
+      const now = performance.now();
+      this.restUntil = now + RESTS * (now - start);
+    });
   }
 
   choosePanels(ring) {
