@@ -34,7 +34,6 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use dimsart_core::ModuleKinds;
 use serde::Deserialize;
-use tokio::task::JoinError;
 
 use connections::{Connections, HasSocket};
 pub use page_device::{OpenLine, ReferenceOverrideFn};
@@ -42,7 +41,7 @@ pub use recorded::Recording;
 pub use station::{Access, Station};
 
 /// Files of the page: path, type, content.
-const ASSETS: [(&str, &str, &str); 37] = [
+const ASSETS: [(&str, &str, &str); 39] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/adding.js", "text/javascript", include_str!("page/assets/adding.js")),
@@ -62,6 +61,7 @@ const ASSETS: [(&str, &str, &str); 37] = [
     ("/plots.js", "text/javascript", include_str!("page/assets/plots.js")),
     ("/presets.js", "text/javascript", include_str!("page/assets/presets.js")),
     ("/recording.js", "text/javascript", include_str!("page/assets/recording.js")),
+    ("/request.js", "text/javascript", include_str!("page/assets/request.js")),
     ("/ring.js", "text/javascript", include_str!("page/assets/ring.js")),
     ("/robot.js", "text/javascript", include_str!("page/assets/robot.js")),
     ("/robots.js", "text/javascript", include_str!("page/assets/robots.js")),
@@ -72,6 +72,7 @@ const ASSETS: [(&str, &str, &str); 37] = [
     ("/signal_list.js", "text/javascript", include_str!("page/assets/signal_list.js")),
     ("/sources.js", "text/javascript", include_str!("page/assets/sources.js")),
     ("/step_figures.js", "text/javascript", include_str!("page/assets/step_figures.js")),
+    ("/stored.js", "text/javascript", include_str!("page/assets/stored.js")),
     ("/three.min.js", "text/javascript", include_str!("page/assets/three.min.js")),
     ("/traces.js", "text/javascript", include_str!("page/assets/traces.js")),
     ("/trigger.js", "text/javascript", include_str!("page/assets/trigger.js")),
@@ -272,12 +273,7 @@ async fn load_recording(
     ConnectInfo(has_socket): ConnectInfo<HasSocket>,
     content: Bytes,
 ) -> Response {
-    if !site.lets_in(&entry) {
-        return no_token();
-    }
-    has_socket.set();
-    // A STOP must not wait for a large file.
-    answer(tokio::task::spawn_blocking(move || recorded::load(&content)).await)
+    answer(&site, &entry, &has_socket, move || recorded::load(&content)).await
 }
 
 /// Writes signals of the page as MCAP.
@@ -287,15 +283,11 @@ async fn export(
     ConnectInfo(has_socket): ConnectInfo<HasSocket>,
     content: Bytes,
 ) -> Response {
-    if !site.lets_in(&entry) {
-        return no_token();
-    }
-    has_socket.set();
     let write = move || {
         let export: recorded::Export = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
         export.mcap().map_err(|error| error.to_string())
     };
-    answer(tokio::task::spawn_blocking(write).await)
+    answer(&site, &entry, &has_socket, write).await
 }
 
 /// Identifies a joint from rows.
@@ -305,15 +297,11 @@ async fn identify(
     ConnectInfo(has_socket): ConnectInfo<HasSocket>,
     content: Bytes,
 ) -> Response {
-    if !site.lets_in(&entry) {
-        return no_token();
-    }
-    has_socket.set();
-    let work = move || {
+    let identify = move || {
         let rows: tuning::Rows = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
         serde_json::to_vec(&rows.identify()?).map_err(|error| error.to_string())
     };
-    answer(tokio::task::spawn_blocking(work).await)
+    answer(&site, &entry, &has_socket, identify).await
 }
 
 /// Simulates a step with an identified joint, and sends its signals.
@@ -323,21 +311,27 @@ async fn trial(
     ConnectInfo(has_socket): ConnectInfo<HasSocket>,
     content: Bytes,
 ) -> Response {
-    if !site.lets_in(&entry) {
-        return no_token();
-    }
-    has_socket.set();
     let kinds = site.kinds;
-    let work = move || {
+    let simulate = move || {
         let trial: tuning::Trial = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
         Ok(recorded::encode(&[trial.run(kinds)?]))
     };
-    answer(tokio::task::spawn_blocking(work).await)
+    answer(&site, &entry, &has_socket, simulate).await
 }
 
-/// Sends the result of a request, or the reason of its refusal.
-fn answer(done: Result<Result<Vec<u8>, String>, JoinError>) -> Response {
-    match done {
+/// Does the work of a request that has the token, and sends its result or the reason of its refusal. A STOP does not wait for
+/// the work.
+async fn answer(
+    site: &Site,
+    entry: &Entry,
+    has_socket: &HasSocket,
+    work: impl FnOnce() -> Result<Vec<u8>, String> + Send + 'static,
+) -> Response {
+    if !site.lets_in(entry) {
+        return no_token();
+    }
+    has_socket.set();
+    match tokio::task::spawn_blocking(work).await {
         Ok(Ok(bytes)) => binary(bytes),
         Ok(Err(reason)) => (StatusCode::BAD_REQUEST, reason).into_response(),
         Err(error) => (StatusCode::INTERNAL_SERVER_ERROR, error.to_string()).into_response(),

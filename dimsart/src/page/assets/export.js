@@ -1,5 +1,7 @@
 // Exports of the scope: CSV and MCAP with the shown signals, PNG with the plots.
 
+import { post } from "./request.js";
+
 function download(blob, name) {
   const link = Object.assign(document.createElement("a"), { href: URL.createObjectURL(blob), download: name });
   link.click();
@@ -23,7 +25,5 @@ export async function exportMcap({ source, columns, rows }, token) {
     columns: columns.map(({ name, unit }) => ({ name, unit })),
     rows: rows.map(({ tick, time_s, values }) => [tick, time_s, ...values]),
   });
-  const response = await fetch(`/export?token=${token}`, { method: "POST", body });
-  if (!response.ok) throw new Error(await response.text());
-  download(await response.blob(), "scope.mcap");
+  download(await (await post("export", body, token)).blob(), "scope.mcap");
 }

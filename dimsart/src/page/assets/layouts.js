@@ -1,18 +1,11 @@
 // Layout of the scope: in the address, so that a reload or a link shows the same, and by name in this browser.
 
 import { askName, by, node } from "./dom.js";
+import { stored } from "./stored.js";
 
 const STORED = "dimsart layouts";
 /** Fields that a layout consists of. */
 const FIELDS = ["window", "view", "columns", "trigger-mode", "trigger-source", "trigger-edge", "trigger-level", "trigger-before"];
-
-function stored() {
-  try {
-    return JSON.parse(localStorage.getItem(STORED)) ?? {};
-  } catch {
-    return {};
-  }
-}
 
 export class Layouts {
   /** `get` returns panels and math channels; `set` shows them. */
@@ -22,16 +15,16 @@ export class Layouts {
     by("layout-save").onclick = async () => {
       const name = await askName("Name of the layout");
       if (!name) return;
-      localStorage.setItem(STORED, JSON.stringify({ ...stored(), [name]: this.now() }));
+      localStorage.setItem(STORED, JSON.stringify({ ...stored(STORED), [name]: this.now() }));
       this.offer(name);
     };
     by("layout-delete").onclick = () => {
-      const { [by("layout").value]: _, ...others } = stored();
+      const { [by("layout").value]: _, ...others } = stored(STORED);
       localStorage.setItem(STORED, JSON.stringify(others));
       this.offer("");
     };
     by("layout").onchange = () => {
-      const layout = stored()[by("layout").value];
+      const layout = stored(STORED)[by("layout").value];
       by("layout-delete").disabled = !layout;
       if (layout) this.show(layout);
     };
@@ -40,7 +33,7 @@ export class Layouts {
 
   offer(name) {
     by("layout").replaceChildren(node("option", { value: "", textContent: "–" }),
-      ...Object.keys(stored()).map((known) => node("option", { value: known, textContent: known })));
+      ...Object.keys(stored(STORED)).map((known) => node("option", { value: known, textContent: known })));
     by("layout").value = name;
     by("layout-delete").disabled = !name;
   }

@@ -1,16 +1,9 @@
 // Presets: stored positions of a simulated device, approached at limited speed.
 
 import { askName, by, node } from "./dom.js";
+import { stored } from "./stored.js";
 
 const STORED = "dimsart presets";
-
-function stored() {
-  try {
-    return JSON.parse(localStorage.getItem(STORED)) ?? {};
-  } catch {
-    return {};
-  }
-}
 
 export class Presets {
   /** `ask(what)` sends an action for the shown station; `position()` returns its measured positions. */
@@ -34,10 +27,10 @@ export class Presets {
     by("preset").onchange = () => this.allow(this.why);
   }
 
-  own() { return stored()[this.device] ?? {}; }
+  own() { return stored(STORED)[this.device] ?? {}; }
 
   store(own) {
-    localStorage.setItem(STORED, JSON.stringify({ ...stored(), [this.device]: own }));
+    localStorage.setItem(STORED, JSON.stringify({ ...stored(STORED), [this.device]: own }));
     this.offer();
   }
 

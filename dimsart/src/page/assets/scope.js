@@ -12,8 +12,9 @@ import { spectrum } from "./fourier.js";
 import { Layouts } from "./layouts.js";
 import { parse } from "./math.js";
 import { Plots, labelOf } from "./plots.js";
+import { post } from "./request.js";
 import { SignalList } from "./signal_list.js";
-import { Sources, decodeRecording, keyOf, nameOf, sourceOf } from "./sources.js";
+import { Sources, decodeRecording, keyOf, nameOf, sourceOf, startOf } from "./sources.js";
 import { stepFigures, stepText } from "./step_figures.js";
 import { showTraces } from "./traces.js";
 import { Trigger } from "./trigger.js";
@@ -441,10 +442,9 @@ export class Scope {
   /** Loads a recording (MCAP) as a trace. */
   async load(file) {
     if (!file) return;
-    const response = await fetch(`/recording?token=${this.token}`, { method: "POST", body: file });
-    if (!response.ok) throw new Error(`${file.name}: ${await response.text()}`);
+    const response = await post("recording", file, this.token).catch((error) => { throw new Error(`${file.name}: ${error.message}`); });
     const rings = decodeRecording(await response.arrayBuffer());
-    this.align(rings, Math.min(...[...rings.values()].map(({ start_s }) => start_s)), file.name);
+    this.align(rings, startOf(rings), file.name);
   }
 
   /** Shows recordings in place of live controllers: the first as source, further ones as traces. */
@@ -453,11 +453,11 @@ export class Scope {
     this.sources.names = [...rings.keys()];
     this.sources.rings = [...rings.values()];
     [this.station, this.name, this.isRunning] = [0, this.sources.names[0], false];
-    const zero_s = Math.min(...this.sources.rings.map(({ start_s }) => start_s));
+    const zero_s = startOf(rings);
     const to_s = Math.max(...this.sources.rings.map((ring) => ring.seconds(ring.count - 1) + ring.step * ring.tick_s));
     this.held = { rings, to_s, zero_s, isTriggered: false };
     this.isRecorded = true;
-    for (const other of others) this.sources.keep(other.rings, Math.min(...[...other.rings.values()].map(({ start_s }) => start_s)), other.name);
+    for (const other of others) this.sources.keep(other.rings, startOf(other.rings), other.name);
     by("window").value = "all";
     this.choosePanels(this.sources.rings[0]);
     const layout = this.layouts.read();

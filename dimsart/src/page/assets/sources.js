@@ -82,6 +82,9 @@ export class Sources {
   }
 }
 
+/** Time of the first row of all sources, s. */
+export const startOf = (rings) => Math.min(...[...rings.values()].map(({ start_s }) => start_s));
+
 /** Reads rows as sent by the server: length of the header, header (JSON), then per source ticks (u32) and columns (f32). */
 export function decodeRecording(buffer) {
   const length = new DataView(buffer).getUint32(0, true);

@@ -6,6 +6,7 @@ import { digits } from "./device.js";
 import { by, node } from "./dom.js";
 import { gainsFor, marginsOf } from "./gains.js";
 import { Plots } from "./plots.js";
+import { post } from "./request.js";
 import { decodeRecording } from "./sources.js";
 
 /** Computation and hold of a command: one and a half sample periods. */
@@ -104,11 +105,7 @@ export class Tuning {
       period_s, is_rotary: this.isRotary(), is_measured: Boolean(measured), delay_ticks: 0,
       position, force: measured ?? commanded, reference: reference ?? [],
     });
-    const response = await fetch(`/identify?token=${this.token}`, { method: "POST", body });
-    if (!response.ok) {
-      by("identified").textContent = "";
-      throw new Error(await response.text());
-    }
+    const response = await post("identify", body, this.token).finally(() => { by("identified").textContent = ""; });
     this.showIdentified(await response.json(), tick_s, Boolean(measured));
   }
 
@@ -173,8 +170,7 @@ export class Tuning {
     const rows = await this.ask({ do: "rows" });
     const rounded = Object.fromEntries(Object.entries(own).map(([name, value]) => [name, Number(value.toPrecision(5))]));
     const body = JSON.stringify({ name: this.scope.name, period_s: tick_s, is_rotary: this.isRotary(), delay_ticks: 0.5, inertia, viscous, coulomb, step: Number(by("tune-step").value), rows, set: { [law.name]: rounded } });
-    const response = await fetch(`/trial?token=${this.token}`, { method: "POST", body });
-    if (!response.ok) throw new Error(await response.text());
+    const response = await post("trial", body, this.token);
     this.scope.align(decodeRecording(await response.arrayBuffer()), 0, `simulated, ${by("tune-bandwidth").value} Hz`);
     this.say("the simulated step is a dashed trace in the scope");
   }
